@@ -22,33 +22,38 @@
 struct pool;
 
 struct pool_options {
-    unsigned workers;        /* >= 1 */
-    unsigned threads;        /* shared out among running jobs, >= 1 */
+    unsigned workers;          /* >= 1 */
+    unsigned threads;          /* shared out among running jobs, >= 1 */
     double max_render_seconds; /* wall clock of one attempt */
-    uint64_t max_render_bytes; /* address space beyond the worker's base */
-    int64_t stall_ms;        /* [60000] no message for so long: killed */
+    uint64_t max_render_bytes; /* data a worker may map beyond what it has when
+                                  READY (RLIMIT_DATA); 0: no limit */
+    int64_t stall_ms;          /* [60000] no message for so long: killed */
     struct store *store;
     struct blobs *blobs;
 };
 
-struct pool *
-pool_start(const struct pool_options *options, struct error *err);
+struct pool *pool_start(const struct pool_options *options, struct error *err);
 
 /* A job may be waiting, or wants to be canceled: look. */
-void
-pool_kick(struct pool *pool);
+void pool_kick(struct pool *pool);
 
 struct pool_status {
     unsigned workers, ready, busy;
-    uint64_t exits; /* workers lost since start */
+    uint64_t exits;         /* workers lost since start */
     double rays_per_second; /* learned from finished jobs; 0: none yet */
 };
-void
-pool_status(struct pool *pool, struct pool_status *status);
+void pool_status(struct pool *pool, struct pool_status *status);
+
+/* A job that had this result blob was deleted: delete the blob too if no other
+ * job refers to it or is about to (dispatch.h says why the pool decides). */
+void pool_forget_blob(struct pool *pool, const char *sha256);
+
+/* pool_stop but for the freeing: afterwards the calls above are still allowed
+ * and do nothing, so that whoever holds the pool may go later. */
+void pool_drain(struct pool *pool, int64_t grace_ms);
 
 /* Stop leasing; running jobs have `grace_ms` to end, the rest is released
- * (attempt unchanged); then stop workers, join, free. */
-void
-pool_stop(struct pool *pool, int64_t grace_ms);
+ * (attempt unchanged); then stop workers, join, free. NULL is fine. */
+void pool_stop(struct pool *pool, int64_t grace_ms);
 
 #endif
