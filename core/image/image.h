@@ -17,10 +17,7 @@
 extern "C" {
 #endif
 
-enum {
-    IMAGE_CHANNEL_MAX = 16,
-    IMAGE_NAME_SIZE = 32
-};
+enum { IMAGE_CHANNEL_MAX = 16, IMAGE_NAME_SIZE = 32 };
 
 enum image_format { IMAGE_PNG, IMAGE_EXR };
 enum image_sample { IMAGE_UINT8, IMAGE_UINT16, IMAGE_HALF, IMAGE_FLOAT };
@@ -31,24 +28,25 @@ struct image {
     uint32_t width, height;
     uint32_t channel_count;
     char names[IMAGE_CHANNEL_MAX][IMAGE_NAME_SIZE]; /* "R", "normal.X" */
-    float *data; /* malloc */
+    float *data;                                    /* malloc */
     enum image_sample sample;
+    bool srgb; /* png: say so in the file; without it the file says nothing */
     char manifest[512]; /* EXR header attribute glint:layers, or "" */
 };
 
-void
-image_clear(struct image *image);
+void image_clear(struct image *image);
 
 /* Start loading the codecs on a thread of its own; returns at once, harmless
  * when repeated. */
-void
-image_codec_load(void);
+void image_codec_load(void);
+
+/* True once the load has ended, well or not; does not wait. Any thread. */
+bool image_codec_settled(void);
 
 /* image -> file bytes, in memory, appended to `out`. The same image gives the
  * same bytes, run to run. ERROR_INTERNAL names the codec's complaint. */
-bool
-image_encode(const struct image *image, enum image_format format,
-             struct bytes *out, struct error *err);
+bool image_encode(const struct image *image, enum image_format format,
+                  struct bytes *out, struct error *err);
 
 #ifdef __cplusplus
 }
