@@ -20,24 +20,25 @@
 
 #include "core/base/error.h"
 
-enum {
-    WIRE_VERSION = 1,
-    WIRE_FD_MAX = 2,
-    WIRE_TEXT_SIZE = 384
-};
+enum { WIRE_VERSION = 1, WIRE_FD_MAX = 2, WIRE_TEXT_SIZE = 384 };
 
 enum message_kind {
-    MESSAGE_READY = 1,  /* up: protocol, core version, build, ISA class */
-    MESSAGE_PROGRESS,   /* up */
-    MESSAGE_DONE,       /* up: fds[0] = the encoded image */
-    MESSAGE_FAILED,     /* up: code and sentence */
-    MESSAGE_RENDER,     /* down: fds[0] = canonical scene, fds[1] = output */
-    MESSAGE_CANCEL,     /* down */
-    MESSAGE_THREADS,    /* down: crew size from the next tile on */
+    MESSAGE_READY = 1, /* up: protocol, core version, build, ISA class */
+    MESSAGE_PROGRESS,  /* up */
+    MESSAGE_DONE,      /* up: fds[0] = the encoded image */
+    MESSAGE_FAILED,    /* up: code and sentence */
+    MESSAGE_RENDER,    /* down: fds[0] = canonical scene, fds[1] = output */
+    MESSAGE_CANCEL,    /* down */
+    MESSAGE_THREADS,   /* down: crew size from the next tile on */
     MESSAGE_KIND_COUNT
 };
 
-enum render_stage { STAGE_LOADING, STAGE_BUILDING, STAGE_TRACING, STAGE_ENCODING };
+enum render_stage {
+    STAGE_LOADING,
+    STAGE_BUILDING,
+    STAGE_TRACING,
+    STAGE_ENCODING
+};
 
 struct message_ready {
     char version[32];
@@ -46,14 +47,14 @@ struct message_ready {
 };
 
 struct message_progress {
-    uint32_t stage; /* enum render_stage */
+    uint32_t stage;       /* enum render_stage */
     uint32_t done, total; /* tiles */
     uint64_t rays;
 };
 
 struct message_done {
     uint32_t width, height;
-    uint64_t rays[3];    /* camera, shadow, bounce */
+    uint64_t rays[3]; /* camera, shadow, bounce */
     double load_ms, build_ms, trace_ms, encode_ms;
     uint64_t peak_bytes; /* of the worker's memory */
 };
@@ -82,12 +83,10 @@ struct message {
 };
 
 /* Close the descriptors and zero. */
-void
-message_clear(struct message *message);
+void message_clear(struct message *message);
 
 /* Send; the descriptors stay the caller's. ERROR_IO when the peer is gone. */
-bool
-wire_send(int socket, const struct message *message, struct error *err);
+bool wire_send(int socket, const struct message *message, struct error *err);
 
 enum wire_status {
     WIRE_MESSAGE, /* one record, checked */
@@ -98,20 +97,17 @@ enum wire_status {
 
 /* Receive one record; `wait` false: do not block. Strings in it are
  * NUL-terminated, enums in range, fd_count as the kind demands. */
-enum wire_status
-wire_receive(int socket, bool wait, struct message *message,
-             struct error *err);
+enum wire_status wire_receive(int socket, bool wait, struct message *message,
+                              struct error *err);
 
 /* A sealed memory file with a copy of data; -1 on failure. */
-int
-wire_memfd(const char *name, const void *data, size_t len, struct error *err);
+int wire_memfd(const char *name, const void *data, size_t len,
+               struct error *err);
 
 /* Map a memory file read-only. Refuses one that is not sealed against shrink,
  * grow and write, or is over `limit` bytes. Empty files map to "". */
-bool
-wire_map(int fd, size_t limit, const void **data, size_t *len,
-         struct error *err);
-void
-wire_unmap(const void *data, size_t len);
+bool wire_map(int fd, size_t limit, const void **data, size_t *len,
+              struct error *err);
+void wire_unmap(const void *data, size_t len);
 
 #endif

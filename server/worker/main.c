@@ -1,0 +1,43 @@
+/* glint-worker: turns one scene after another into pictures, for a parent that
+ * holds the other end of descriptor 3. Never started by hand. */
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "core/base/isa.h"
+#include "core/image/image.h"
+#include "server/worker/sandbox.h"
+#include "server/worker/serve.h"
+
+enum { SOCKET_FD = 3, EXIT_USAGE = 2 };
+
+static bool is_our_socket(int fd)
+{
+    int type = 0;
+    socklen_t len = sizeof type;
+    return getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &len) == 0 &&
+           type == SOCK_SEQPACKET;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 2 && strcmp(argv[1], "--version") == 0) {
+        printf("glint-worker %s (build %.12s)\n", glint_version, glint_build);
+        return 0;
+    }
+    if (argc > 1 || !is_our_socket(SOCKET_FD)) {
+        fprintf(stderr,
+                "glint-worker: this program is started by glint and glintd, "
+                "which send it scenes over a socket;\n"
+                "to render a picture, run: glint render scene.json -o "
+                "picture.png\n");
+        return EXIT_USAGE;
+    }
+    sandbox_enter(SOCKET_FD);
+    image_codec_load();
+    int status = serve(SOCKET_FD);
+    /* Not through exit: serve.c says why. */
+    fflush(stderr);
+    _exit(status);
+}
