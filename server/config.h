@@ -21,6 +21,7 @@ struct config {
     uint64_t max_scene_bytes;
     struct scene_limits scene_limits;
     double max_render_seconds;
+    double stall_seconds; /* a worker silent for so long is killed */
     uint64_t max_render_bytes;
     double default_wait, max_wait; /* seconds */
     unsigned max_connections;

@@ -4,9 +4,9 @@
  *
  *   LEASE ──job──▶ RENDER ──DONE──▶ PUT ──durable──▶ FINISH ──▶ over
  *     │              │               │                 │
- *     │ no job       │ FAILED, lost  │ no room         │ cannot be told
- *     ▼              ▼               ▼                 ▼
- *    over           FAIL ◀───────────┴─────────────────┘ ──────▶ over
+ *     │ no job       │ FAILED, lost  │ no room
+ *     ▼              ▼               │
+ *    over           FAIL ◀───────────┘ ──────▶ over
  *
  * LEASE and RENDER occupy a worker, the later steps do not: it gets its next
  * job while the result is still on its way to the disk. A task has at most one
