@@ -18,6 +18,8 @@ struct api_options {
     bool open;        /* not loopback only: the Host rule is off */
     uint64_t max_scene_bytes;
     struct scene_limits scene_limits;
+    double max_render_seconds; /* an estimate over it is refused; 0: no limit */
+    uint64_t max_render_bytes; /* the same */
     double default_wait, max_wait; /* seconds */
     uint32_t max_queued;
 };
@@ -27,7 +29,10 @@ struct api_options {
 struct api *
 api_new(const struct api_options *options, struct error *err);
 
-/* Before http_start's first request. */
+/* Before http_start's first request. Call it again with pool NULL, and
+ * api_connect_http with NULL, before the pool or http is freed while the store
+ * still runs: when they return, no wake is under way. api_drain lets go of the
+ * pool by itself. */
 void
 api_connect(struct api *api, struct store *store, struct blobs *blobs,
             struct pool *pool);
@@ -41,7 +46,8 @@ api_handler(struct api *api);
 void
 api_on_change(void *api, const struct job *job, bool deleted);
 
-/* New submissions get 503 draining, /readyz 503. */
+/* New submissions get 503 draining, /readyz 503; the pool is not called any
+ * more, so pool_stop may follow. */
 void
 api_drain(struct api *api);
 
