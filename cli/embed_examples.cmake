@@ -1,0 +1,18 @@
+# Writes OUT, a C file with every document of FOLDER/*.json as struct example.
+file(GLOB files ${FOLDER}/*.json)
+list(SORT files)
+set(arrays "")
+set(rows "")
+set(number 0)
+foreach(file ${files})
+    get_filename_component(name ${file} NAME_WE)
+    file(READ ${file} hex HEX)
+    file(SIZE ${file} size)
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+    string(REGEX REPLACE "(0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,)" "\\1\n" bytes "${bytes}")
+    string(APPEND arrays "static const unsigned char text_${number}[] = {\n${bytes}0};\n")
+    string(APPEND rows "    {\"${name}\", (const char *)text_${number}, ${size}},\n")
+    math(EXPR number "${number} + 1")
+endforeach()
+file(WRITE ${OUT} "#include \"cli/examples.h\"\n\n${arrays}
+const struct example examples[] = {\n${rows}};\nconst size_t example_count = ${number};\n")
