@@ -13,14 +13,21 @@
 #include "core/base/error.h"
 #include "core/base/sha256.h"
 
+enum {
+    BLOBS_PENDING_MAX = 1024 /* puts and deletes waiting; one more put is
+                                ERROR_QUEUE_FULL at the call */
+};
+
 struct blobs;
 
-/* On the writer thread, when the blob is durable or has failed. */
+/* On the writer thread, when the blob is durable or has failed; then `sha256`
+ * is "" and the code ERROR_STORAGE_FULL, ERROR_IO or ERROR_MEMORY. */
 typedef void (*blobs_done_fn)(void *user, const char sha256[SHA256_HEX_SIZE],
                               uint64_t len, const struct error *err);
 
-/* DIR/ab/abcdef...; made if it is not there. Left-over temporary files are
- * removed. */
+/* DIR/ab/abcdef...; made if it is not there. Left-over temporary files (in
+ * DIR/incoming) are removed, so one process at a time: open the store, which
+ * has the lock, first. */
 struct blobs *
 blobs_open_dir(const char *path, struct error *err);
 void
@@ -28,7 +35,7 @@ blobs_close(struct blobs *blobs); /* after what is pending */
 
 /* Keep the bytes of a sealed memory file (or any file), from offset 0, `len`
  * bytes; takes `fd` over, also on failure. A blob that is there already is not
- * written again. */
+ * written again; one that is there but damaged is replaced. */
 bool
 blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
           void *user, struct error *err);

@@ -7,10 +7,16 @@
  * holds STORE_PENDING_MAX writes: one more is ERROR_QUEUE_FULL at the call.
  *
  * Whoever changes a running job names the epoch of his lease; with an older
- * epoch nothing changes and `done` gets ERROR_CONFLICT. A failed commit or
- * fsync stops the process: nothing was acknowledged, and the next start
- * recovers from disk. At open every lease of an earlier life is void: running
- * jobs are queued again with `attempt` unchanged.
+ * epoch nothing changes and `done` gets ERROR_CONFLICT. A write that is refused
+ * does not touch the others of its transaction.
+ *
+ * On a full disk (also a quota or file size limit) submissions get
+ * ERROR_STORAGE_FULL, what ends or deletes jobs is tried again without them.
+ * Any other failed write, commit or fsync stops the process with status
+ * STORE_EXIT_STATUS: nothing was acknowledged, and the next start recovers
+ * from disk. At open every lease of an earlier life is void: running jobs are
+ * queued again with `attempt` unchanged, or canceled if that was wished, and
+ * their revision leaps above all that anybody can have seen.
  *
  * All functions may be called from any thread. */
 #ifndef SERVER_STORE_STORE_H
@@ -24,7 +30,16 @@
 #include "core/base/error.h"
 #include "server/jobs/job.h"
 
-enum { STORE_PENDING_MAX = 4096 };
+enum {
+    STORE_PENDING_MAX = 4096,
+    /* Places beyond it for those who hold leases (lease, heartbeat, finish,
+     * fail): submissions cannot keep a result out. */
+    STORE_PENDING_RESERVE = 1024,
+    STORE_PENDING_BYTES_MAX = 64 << 20, /* scene text waiting; over it
+                                           ERROR_QUEUE_FULL, too */
+    STORE_LIST_MAX = 200,
+    STORE_EXIT_STATUS = 70 /* of the process after a failed write or fsync */
+};
 
 struct store;
 
@@ -68,7 +83,7 @@ store_submit(struct store *store, const struct job *job, const char *scene,
 /* A lease is the right to work on one job. */
 struct lease {
     struct job job; /* state running, epoch and attempt of this lease */
-    struct bytes scene; /* canonical text; lease_clear frees it */
+    struct bytes scene; /* canonical text; lease_free frees it */
 };
 
 /* lease is NULL when no job fits; else taken over by the callee, who calls
@@ -143,7 +158,7 @@ store_find(struct store *store, const char *render_key, const char *owner,
 
 struct store_filter {
     const char *owner;    /* NULL: everybody's */
-    const char *tag;      /* NULL: any */
+    const char *tag;      /* NULL or "": any */
     const char *before;   /* id: only older ones (the cursor); NULL: from the
                              newest */
     int64_t since_ms;     /* created at or after; 0: any */
