@@ -53,7 +53,7 @@ size_t progress_format(char text[PROGRESS_SIZE],
         hashes[0] = '[';
         memset(hashes + 1, '#', (size_t)full);
         memset(hashes + 1 + full, '-', (size_t)(width - full));
-        memcpy(hashes + 1 + width, "]  ", 4);
+        memcpy(hashes + 1 + width, "] ", 3);
     }
     snprintf(text, PROGRESS_SIZE, "%-8s %s%3d%%%s%s", facts->stage, hashes,
              percent, speed, left);
