@@ -5,10 +5,10 @@
 #ifndef SERVER_API_API_H
 #define SERVER_API_API_H
 
+#include "core/scene/scene_json.h"
 #include "server/blobs/blobs.h"
 #include "server/http/http.h"
 #include "server/pool/pool.h"
-#include "core/scene/scene_json.h"
 #include "server/store/store.h"
 
 struct api;
@@ -26,32 +26,22 @@ struct api_options {
 
 /* The store may be opened before the api exists: pass api_on_change with the
  * api as user. */
-struct api *
-api_new(const struct api_options *options, struct error *err);
+struct api *api_new(const struct api_options *options, struct error *err);
 
-/* Before http_start's first request. Call it again with pool NULL, and
- * api_connect_http with NULL, before the pool or http is freed while the store
- * still runs: when they return, no wake is under way. api_drain lets go of the
- * pool by itself. */
-void
-api_connect(struct api *api, struct store *store, struct blobs *blobs,
-            struct pool *pool);
-void
-api_connect_http(struct api *api, struct http *http);
+/* Before http_start's first request. The pool is called until it is
+ * connected again as NULL, or the store is closed. */
+void api_connect(struct api *api, struct store *store, struct blobs *blobs,
+                 struct pool *pool);
+void api_connect_http(struct api *api, struct http *http);
 
-struct http_handler
-api_handler(struct api *api);
+struct http_handler api_handler(struct api *api);
 
 /* store_change_fn: wakes whoever waits for that job, and the pool. */
-void
-api_on_change(void *api, const struct job *job, bool deleted);
+void api_on_change(void *api, const struct job *job, bool deleted);
 
-/* New submissions get 503 draining, /readyz 503; the pool is not called any
- * more, so pool_stop may follow. */
-void
-api_drain(struct api *api);
+/* New submissions get 503 draining, /readyz 503. */
+void api_drain(struct api *api);
 
-void
-api_free(struct api *api);
+void api_free(struct api *api);
 
 #endif
