@@ -132,11 +132,16 @@ static void limit_memory(struct pool *pool, struct slot *slot)
 }
 
 /* The first successor comes at once, the next ones after a growing pause,
- * until one has proved healthy. */
-static void schedule_start(struct slot *slot, bool healthy, int64_t now_us)
+ * until one has proved healthy. A worker lost in the middle of a job was able to
+ * start, and its job's attempts are counted: there the pause does not grow, or a
+ * few poisonous jobs would keep everybody else waiting. */
+static void schedule_start(struct slot *slot, bool healthy, bool rendering,
+                           int64_t now_us)
 {
     if (healthy)
         slot->pause_us = 0;
+    if (rendering && slot->pause_us > PAUSE_MIN_US)
+        slot->pause_us = PAUSE_MIN_US;
     slot->start_us = now_us + slot->pause_us;
     slot->pause_us = slot->pause_us == 0 ? PAUSE_MIN_US : 2 * slot->pause_us;
     if (slot->pause_us > PAUSE_MAX_US)
@@ -147,7 +152,7 @@ static void slot_start(struct slot *slot, int64_t now_us)
 {
     struct error err = {0};
     if (!child_start(&slot->child, 0, &err)) {
-        schedule_start(slot, false, now_us);
+        schedule_start(slot, false, false, now_us);
         log_write(LOG_ERROR, "pool", "worker %u: %s; next try in %.1f s",
                   slot->number, err.text,
                   (double)(slot->start_us - now_us) / 1e6);
@@ -176,7 +181,9 @@ static void slot_lose(struct pool *pool, struct slot *slot,
         lost = *cause;
     else
         error_set(&lost, ERROR_WORKER_CRASHED, "the worker was lost: %s", how);
-    schedule_start(slot, healthy, now_us);
+    schedule_start(slot, healthy,
+                   slot->task != NULL && slot->task->step == TASK_RENDER,
+                   now_us);
     log_write(LOG_WARN, "pool",
               "worker %u (process %d) lost%s%s: %s; successor in %.1f s",
               slot->number, (int)pid,
