@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/base/json_write.h"
-#include "core/image/srgb.h"
+#include "core/image/curve.h"
 
 enum image_format develop_format(const struct output *output)
 {
@@ -102,16 +102,16 @@ static void put_linear(const float *from, size_t count, double levels,
 
 static void put_srgb8(const float *from, size_t count, float *to)
 {
-    struct srgb8 table;
-    srgb8_init(&table);
+    struct curve8 table;
+    curve8_init(&table);
     for (size_t i = 0; i < count; i++)
-        to[i] = srgb8_value(&table, clamp(from[i]));
+        to[i] = curve8_value(&table, clamp(from[i]));
 }
 
 static void put_srgb16(const float *from, size_t count, float *to)
 {
     for (size_t i = 0; i < count; i++)
-        to[i] = quantise(65535, srgb_encode((double)clamp(from[i])));
+        to[i] = quantise(65535, curve_srgb((double)clamp(from[i])));
 }
 
 /* n/2 + 1/2: -1...1 becomes 0...1. A miss has no normal, and is grey. */

@@ -7,15 +7,17 @@
 #ifndef CORE_IMAGE_IMAGE_H
 #define CORE_IMAGE_IMAGE_H
 
+#include <stdarg.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
-
-#include "core/base/bytes.h"
-#include "core/base/error.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+#include "core/base/bytes.h"
+#include "core/base/error.h"
 
 enum { IMAGE_CHANNEL_MAX = 16, IMAGE_NAME_SIZE = 32 };
 

@@ -1,29 +1,29 @@
-/* srgb.h - the sRGB curve (IEC 61966-2-1), without the C library's pow, so that
+/* curve.h - the sRGB curve (IEC 61966-2-1), without the C library's pow, so that
  * a byte does not depend on which C library is installed (HOUSE 7). Pure, any
  * thread. */
-#ifndef CORE_IMAGE_SRGB_H
-#define CORE_IMAGE_SRGB_H
+#ifndef CORE_IMAGE_CURVE_H
+#define CORE_IMAGE_CURVE_H
 
 #include <stdint.h>
 
 /* Linear 0...1 -> encoded 0...1: 12.92 v up to 0.0031308, then
  * 1.055 v^(1/2.4) - 0.055. Relative error below 1e-15. */
-double srgb_encode(double linear);
+double curve_srgb(double linear);
 
-/* A table that gives floor(255 srgb_encode(v) + 1/2) for any float v in 0...1
+/* A table that gives floor(255 curve_srgb(v) + 1/2) for any float v in 0...1
  * without computing the curve: equal to the formula for every float. */
 enum {
-    SRGB_BINS = 14 * 64 /* 64 per octave, from 2^-13 to 1 */
+    CURVE_BINS = 14 * 64 /* 64 per octave, from 2^-13 to 1 */
 };
-struct srgb8 {
-    float edges[257];         /* edges[k]: least float that gives k; [256] 2 */
-    uint8_t first[SRGB_BINS]; /* the value at the beginning of each bin */
+struct curve8 {
+    float edges[257];          /* edges[k]: least float that gives k; [256] 2 */
+    uint8_t first[CURVE_BINS]; /* the value at the beginning of each bin */
 };
 
-void srgb8_init(struct srgb8 *table);
+void curve8_init(struct curve8 *table);
 
 /* `linear` must be in 0...1. */
-static inline uint8_t srgb8_value(const struct srgb8 *table, float linear)
+static inline uint8_t curve8_value(const struct curve8 *table, float linear)
 {
     union {
         float value;

@@ -1,4 +1,4 @@
-#include "core/image/srgb.h"
+#include "core/image/curve.h"
 
 #include <math.h>
 #include <string.h>
@@ -20,7 +20,7 @@ static double cube_root(double v)
     return r;
 }
 
-double srgb_encode(double linear)
+double curve_srgb(double linear)
 {
     if (linear <= 0.0031308)
         return 12.92 * linear;
@@ -39,7 +39,7 @@ static float edge_of(int k, float low, float high)
         uint32_t middle = a + (b - a) / 2;
         float v;
         memcpy(&v, &middle, sizeof v);
-        if ((int)(255 * srgb_encode((double)v) + 0.5) >= k)
+        if ((int)(255 * curve_srgb((double)v) + 0.5) >= k)
             b = middle;
         else
             a = middle + 1;
@@ -49,14 +49,14 @@ static float edge_of(int k, float low, float high)
     return edge;
 }
 
-void srgb8_init(struct srgb8 *table)
+void curve8_init(struct curve8 *table)
 {
     table->edges[0] = 0;
     for (int k = 1; k < 256; k++)
         table->edges[k] = edge_of(k, table->edges[k - 1], 1.0F);
     table->edges[256] = 2; /* over every input: the search always ends */
     int k = 0;
-    for (uint32_t bin = 0; bin < SRGB_BINS; bin++) {
+    for (uint32_t bin = 0; bin < CURVE_BINS; bin++) {
         uint32_t bits = (((127 - 13) << 6) + bin) << 17;
         float start;
         memcpy(&start, &bits, sizeof start);
