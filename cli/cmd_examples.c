@@ -15,8 +15,13 @@ static void print_row(const struct example *example)
     const struct json *root =
         json_read(example->text, example->len, NULL, &arena, &errors);
     const struct json *about = json_member(root, "description");
-    printf("%-26s%s\n", example->name,
-           about != NULL && about->type == JSON_STRING ? about->string : "");
+    const struct json *objects = json_member(root, "objects");
+    if (about != NULL && about->type == JSON_STRING)
+        printf("%-26s%s\n", example->name, about->string);
+    else
+        printf("%-26s%u object%s, no description\n", example->name,
+               objects != NULL ? objects->count : 0,
+               objects != NULL && objects->count == 1 ? "" : "s");
     arena_clear(&arena);
 }
 

@@ -96,29 +96,35 @@ static bool no_such_option(const struct invocation *in, const char *word,
                      typed, in->program->name, in->command->name);
 }
 
+/* One of the choices, or an error that lists them. */
+static bool choice_check(const struct option *option, const char *value,
+                         struct error *err)
+{
+    struct bytes list = {0};
+    size_t count = 0;
+    bool ok = false;
+    for (; option->choices[count] != NULL; count++) {
+        if (strcmp(option->choices[count], value) == 0)
+            ok = true;
+        bytes_printf(&list, "%s%s", count > 0 ? ", " : "",
+                     option->choices[count]);
+    }
+    const char *near = json_did_you_mean(value, option->choices, count);
+    if (!ok && near != NULL)
+        error_set(err, ERROR_USAGE, "--%s knows no '%.60s', did you mean '%s'?",
+                  option->name, value, near);
+    else if (!ok)
+        error_set(err, ERROR_USAGE, "--%s takes one of %s, got '%.60s'",
+                  option->name, list.data ? list.data : "", value);
+    bytes_clear(&list);
+    return ok;
+}
+
 static bool value_check(const struct option *option, const char *value,
                         struct error *err)
 {
-    if (option->choices != NULL) {
-        size_t count = 0;
-        char list[160] = "";
-        for (; option->choices[count] != NULL; count++) {
-            if (strcmp(option->choices[count], value) == 0)
-                return true;
-            size_t len = strlen(list);
-            MUST(len + strlen(option->choices[count]) + 3 < sizeof list);
-            if (count > 0)
-                strcat(list, ", ");
-            strcat(list, option->choices[count]);
-        }
-        const char *near = json_did_you_mean(value, option->choices, count);
-        if (near != NULL)
-            return error_set(err, ERROR_USAGE,
-                             "--%s knows no '%.60s', did you mean '%s'?",
-                             option->name, value, near);
-        return error_set(err, ERROR_USAGE, "--%s takes one of %s, got '%.60s'",
-                         option->name, list, value);
-    }
+    if (option->choices != NULL)
+        return choice_check(option, value, err);
     if (option->min < option->max) {
         char *end;
         errno = 0;

@@ -15,12 +15,12 @@ struct invocation;
 
 struct option {
     const char *name;  /* "output"; NULL ends a list */
-    char letter;       /* 'o', or 0 */
     const char *value; /* "FILE"; NULL: a switch */
     const char *help;  /* lower case, no full stop */
     const char *const
         *choices;  /* the allowed values, NULL at the end; or NULL */
     long min, max; /* min < max: a whole number in that range */
+    char letter;   /* 'o', or 0 */
     bool repeatable;
 };
 

@@ -130,8 +130,8 @@ static void mistakes_are_named(void **state)
     REFUSED("--output needs a FILE, got nothing", "paint", "--output=");
     REFUSED("--quiet takes no value", "paint", "--quiet=1");
     REFUSED("--output is given twice: 'a' and 'b'", "paint", "-oa", "-ob");
-    REFUSED("--depth knows no 'flaot', did you mean 'float'?", "paint",
-            "--depth", "flaot");
+    REFUSED("--depth knows no 'floatt', did you mean 'float'?", "paint",
+            "--depth", "floatt");
     REFUSED("--depth takes one of half, float, got 'uint32'", "paint",
             "--depth", "uint32");
     REFUSED("SCENE is missing: art paint SCENE", "paint");

@@ -67,7 +67,7 @@ static void every_member_of_a_job_is_checked(void **state)
         enum error_code code;
         const char *pointer;
     } rows[] = {
-        {"\"prority\": \"low\"", ERROR_PROPERTY_UNKNOWN, "/prority"},
+        {"\"priorityy\": \"low\"", ERROR_PROPERTY_UNKNOWN, "/priorityy"},
         {"\"sampler\": {}", ERROR_PROPERTY_UNKNOWN, "/sampler"},
         {"\"priority\": \"urgent\"", ERROR_ENUM_UNKNOWN, "/priority"},
         {"\"priority\": 1", ERROR_TYPE_MISMATCH, "/priority"},
