@@ -17,9 +17,9 @@ static void print_row(const struct example *example)
     const struct json *about = json_member(root, "description");
     const struct json *objects = json_member(root, "objects");
     if (about != NULL && about->type == JSON_STRING)
-        printf("%-26s%s\n", example->name, about->string);
+        printf("%-28s%s\n", example->name, about->string);
     else
-        printf("%-26s%u object%s, no description\n", example->name,
+        printf("%-28s%u object%s, no description\n", example->name,
                objects != NULL ? objects->count : 0,
                objects != NULL && objects->count == 1 ? "" : "s");
     arena_clear(&arena);

@@ -221,9 +221,8 @@ static bool count_check(const struct invocation *in, struct error *err)
     if (command == NULL || invocation_has(in, "help"))
         return true;
     if (in->arg_count < command->min_args)
-        return error_set(err, ERROR_USAGE, "%s is missing: %s %s %s",
-                         command->arguments, in->program->name, command->name,
-                         command->arguments);
+        return error_set(err, ERROR_USAGE, "an argument is missing: %s %s %s",
+                         in->program->name, command->name, command->arguments);
     if (in->arg_count > command->max_args)
         return error_set(err, ERROR_USAGE,
                          "'%.60s' is one argument too many: "

@@ -1,5 +1,6 @@
 #include "cli/help.h"
 
+#include <ctype.h>
 #include <string.h>
 
 #include "cli/exit.h"
@@ -23,7 +24,7 @@ static const struct {
     {"GLINT_SERVER", "the server to use where --server is not given"},
     {"GLINT_WORKER",
      "the worker program, where it does not stand beside glint"},
-    {"NO_COLOR", "no colours, whatever its value"},
+    {"NO_COLOR", "no colours, if it is not empty"},
     {"TERM", "'dumb' turns off colours and the progress bar"},
 };
 
@@ -134,9 +135,9 @@ static void markdown_options(FILE *to, const struct option *options)
 static void markdown_command(FILE *to, const struct program *program,
                              const struct command *command)
 {
-    fprintf(to, "\n## %s %s%s%s\n\n%s.\n\n```sh\n", program->name,
+    fprintf(to, "\n## %s %s%s%s\n\n%c%s.\n\n```sh\n", program->name,
             command->name, *command->arguments ? " " : "", command->arguments,
-            command->summary);
+            toupper((unsigned char)*command->summary), command->summary + 1);
     for (const struct command_example *e = command->examples; e->line; e++)
         fprintf(to, "%s   # %s\n", e->line, e->what);
     fprintf(to, "```\n\n%s\n", command->about);

@@ -22,6 +22,9 @@ static const char *const layers[] = {
     LAYER_TABLE(X)
 #undef X
         NULL};
+/* "beauty, depth, ..., " */
+#define X(id, name, channels, kind) name ", "
+#define LAYER_NAMES                 LAYER_TABLE(X)
 static const char *const help_formats[] = {"text", "markdown", "man", NULL};
 static const char *const shells[] = {"bash", NULL};
 
@@ -71,8 +74,8 @@ static const struct option render_options[] = {
      .value = "NAME",
      .choices = layers,
      .repeatable = true,
-     .help = "beauty, depth, normal, albedo or object_id; may be repeated for "
-             "exr, a png holds one"},
+     .help = LAYER_NAMES "of which a png holds one; for exr repeat the "
+                         "option"},
     {.name = "bit-depth",
      .value = "DEPTH",
      .choices = bit_depths,
@@ -175,7 +178,7 @@ static const struct command_example completion_examples[] = {
 
 static const struct command commands[] = {
     {.name = "render",
-     .arguments = "SCENE",
+     .arguments = "SCENE -o FILE",
      .summary = "render a scene to a PNG or EXR file",
      .about =
          "SCENE is a scene document, or a job document with a scene and output "

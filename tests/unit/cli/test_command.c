@@ -134,7 +134,7 @@ static void mistakes_are_named(void **state)
             "--depth", "floatt");
     REFUSED("--depth takes one of half, float, got 'uint32'", "paint",
             "--depth", "uint32");
-    REFUSED("SCENE is missing: art paint SCENE", "paint");
+    REFUSED("an argument is missing: art paint SCENE", "paint");
     REFUSED("'c' is one argument too many: art paint SCENE", "paint", "a", "b",
             "c");
     REFUSED("'a' is one argument too many: art version ", "version", "a");
