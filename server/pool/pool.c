@@ -173,6 +173,7 @@ static void slot_lose(struct pool *pool, struct slot *slot,
     pid_t pid = slot->child.pid;
     bool healthy = slot->child.ready &&
                    (slot->asks > 0 || now_us - slot->ready_us >= HEALTHY_US);
+    bool rendering = slot->task != NULL && slot->task->step == TASK_RENDER;
     child_stop(&slot->child, how);
     pool->exits++;
 
@@ -181,17 +182,13 @@ static void slot_lose(struct pool *pool, struct slot *slot,
         lost = *cause;
     else
         error_set(&lost, ERROR_WORKER_CRASHED, "the worker was lost: %s", how);
-    schedule_start(slot, healthy,
-                   slot->task != NULL && slot->task->step == TASK_RENDER,
-                   now_us);
+    schedule_start(slot, healthy, rendering, now_us);
+    /* While it is being leased, the job is the store's to write. */
     log_write(LOG_WARN, "pool",
               "worker %u (process %d) lost%s%s: %s; successor in %.1f s",
-              slot->number, (int)pid,
-              slot->task != NULL && slot->task->lease != NULL ? " with " : "",
-              slot->task != NULL && slot->task->lease != NULL
-                  ? slot->task->lease->job.id
-                  : "",
-              lost.text, (double)(slot->start_us - now_us) / 1e6);
+              slot->number, (int)pid, rendering ? " with " : "",
+              rendering ? slot->task->lease->job.id : "", lost.text,
+              (double)(slot->start_us - now_us) / 1e6);
     if (slot->task != NULL)
         dispatch_lost(&pool->dispatch, slot->task, failure, lost.code,
                       lost.text, now_us);
