@@ -29,6 +29,15 @@ static const char *string_of(const struct json *object, const char *name)
     return m != NULL && m->type == JSON_STRING ? m->string : NULL;
 }
 
+/* A render that failed while it was waited for is told with a 5xx; it is the
+ * job's end all the same, and no trouble of the server. */
+static bool is_render_failed(const struct json *problem)
+{
+    const char *type = string_of(problem, "type");
+    const char *slug = type != NULL ? strrchr(type, '/') : NULL;
+    return slug != NULL && strcmp(slug, "/render-failed") == 0;
+}
+
 static uint32_t count_of(const struct json *object, const char *name)
 {
     const struct json *m = json_member(object, name);
@@ -107,6 +116,10 @@ int problem_print(const struct remote_reply *reply, const struct channel *to,
                   title ? title : "no title", detail ? ": " : "",
                   detail ? detail : "");
     }
+    int status = STATUS_SERVER;
+    if (problem != NULL)
+        status = is_render_failed(problem) ? STATUS_FAILED
+                                           : problem_status(reply->status);
     arena_clear(&arena);
-    return problem != NULL ? problem_status(reply->status) : STATUS_SERVER;
+    return status;
 }

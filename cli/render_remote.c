@@ -12,7 +12,7 @@ enum {
     ANSWER_S = 30,     /* longest silence where no wait was asked for */
     RENDER_WAIT_S = 1, /* then it becomes a job whose progress is told */
     JOB_WAIT_S = 1,    /* between two looks at it */
-    RETRY_MAX = 3      /* looks in a row that found nobody */
+    RETRY_MAX = 5      /* looks in a row that found nobody */
 };
 
 /* One render at one server. */

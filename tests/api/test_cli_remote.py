@@ -246,6 +246,7 @@ PICTURE = (200, {"Content-Type": "image/png"}, b"\x89PNG picture")
 @pytest.mark.parametrize("answer,status,words", [
     (problem(500, "internal"), 4, "the server answered 500: A title: The detail."),
     (problem(503, "queue-full"), 4, "503"),
+    (problem(500, "render-failed"), 5, "500"),
     (problem(503, "draining"), 4, "503"),
     (problem(401, "unauthorized"), 7, "401"),
     (problem(403, "forbidden"), 7, "403"),
@@ -326,7 +327,7 @@ def test_jobs_that_end_badly(tmp_path, rows, status, words):
 
 
 def test_a_server_that_goes_away_names_the_job(tmp_path):
-    """Three looks in a row that find nobody, then the id for later."""
+    """Five looks in a row that find nobody, then the id for later."""
     with Actor(ACCEPTED, job("running", progress=0.1)) as actor:
         process = start(tmp_path, "--server", actor.url)
         deadline = time.monotonic() + 10
