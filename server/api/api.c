@@ -234,14 +234,15 @@ static void api_finish(void *app, struct request *request, bool gone)
 
     if (!visit)
         return;
-    if (gone && visit->cancel_when_gone &&
+    /* When the service ends, connections end too: that is no wish. */
+    if (gone && visit->cancel_when_gone && !atomic_load(&api->draining) &&
         events_watchers(api->events, visit->job) == 1) {
         log_write(LOG_INFO, "api", "%s: the client left, canceling %s",
                   request->id, visit->job);
         store_cancel(api->store, visit->job, nobody_waits, NULL, NULL);
     }
     if (visit->job[0])
-        events_unwatch(api->events, visit->job, request->ticket);
+        events_unwatch(api->events, visit->job, visit->ticket);
     commit_drop(visit->commit);
     free(visit);
     request->state = NULL;

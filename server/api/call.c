@@ -23,6 +23,11 @@ bool call_is_late(const struct call *call)
            clock_monotonic_us() >= call->visit->deadline_us;
 }
 
+bool call_waits_in_vain(const struct call *call, const struct job *job)
+{
+    return job->state == JOB_QUEUED && atomic_load(&call->api->draining);
+}
+
 enum http_verdict call_show_problem(struct call *call,
                                     const struct problem *problem)
 {
@@ -171,6 +176,7 @@ bool call_watch(struct call *call, const char *job)
         call_problem(call, PROBLEM_INTERNAL, "no memory to wait for a job");
         return false;
     }
+    visit->ticket = call->request->ticket;
     snprintf(visit->job, sizeof visit->job, "%s", job);
     return true;
 }

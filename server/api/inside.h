@@ -37,6 +37,7 @@ enum stage {
 struct visit {
     enum stage stage;
     struct commit *commit; /* STAGE_COMMIT */
+    uint64_t ticket;       /* of the request; http forgets it at its end */
     char job[ID_SIZE];     /* watched in events; "": none */
     int64_t deadline_us;   /* monotonic; the park ends here */
     int64_t wait_until_us; /* the render's deadline, once it is durable */
@@ -65,6 +66,9 @@ struct call {
 
 /* Park until the watched job changes or the deadline comes. */
 enum http_verdict call_park(struct call *call);
+
+/* Nobody will work on this job before the service ends: do not wait for it. */
+bool call_waits_in_vain(const struct call *call, const struct job *job);
 
 /* Has the deadline come? */
 bool call_is_late(const struct call *call);

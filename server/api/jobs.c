@@ -117,7 +117,8 @@ enum http_verdict job_get(struct call *call)
     }
     if (conditional && !has_seen(call, &job))
         return call_job(call, 200, &job);
-    if (visit->wait > 0 && !job_is_over(job.state) && !call_is_late(call))
+    if (visit->wait > 0 && !job_is_over(job.state) && !call_is_late(call) &&
+        !call_waits_in_vain(call, &job))
         return call_park(call);
     return conditional ? answer_unchanged(call, &job)
                        : call_job(call, 200, &job);

@@ -60,9 +60,8 @@ static void run_checks(struct call *call, struct check checks[CHECK_COUNT])
         arena_printf(arena, "%llu bytes free, %llu needed",
                      (unsigned long long)free_bytes, (unsigned long long)need)};
     checks[3] = (struct check){
-        "workers", PROBLEM_NOT_READY, pool.ready + pool.busy > 0,
-        arena_printf(arena, "%u of %u ready or at work, %u at work",
-                     pool.ready > pool.busy ? pool.ready : pool.busy,
+        "workers", PROBLEM_NOT_READY, pool.ready > 0,
+        arena_printf(arena, "%u of %u answer, %u of them at work", pool.ready,
                      pool.workers, pool.busy)};
 }
 

@@ -178,11 +178,14 @@ static enum http_verdict leave_running(struct call *call, const struct job *job)
         reply_header(call->request, call->reply, "Retry-After", "%u", after);
         return call_job(call, 202, job);
     }
-    problem.detail = arena_printf(
-        call->request->arena,
-        "not done after %.0f s; the job goes on, and the same request later "
-        "is answered from the cache",
-        call->visit->wait);
+    problem.detail =
+        call_waits_in_vain(call, job)
+            ? "the service is shutting down; the job is kept and goes on when "
+              "it is back"
+            : arena_printf(call->request->arena,
+                           "not done after %.0f s; the job goes on, and the "
+                           "same request later is answered from the cache",
+                           call->visit->wait);
     return call_show_problem(call, &problem);
 }
 
@@ -296,7 +299,7 @@ static enum http_verdict look_at_job(struct call *call)
         return result_refuse(call, &job, PROBLEM_RENDER_FAILED);
     if (job.state == JOB_CANCELED)
         return result_refuse(call, &job, PROBLEM_CONFLICT_STATE);
-    if (call_is_late(call))
+    if (call_is_late(call) || call_waits_in_vain(call, &job))
         return leave_running(call, &job);
     return call_park(call);
 }
