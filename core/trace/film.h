@@ -13,15 +13,13 @@
 #include "core/scene/layer.h"
 
 struct film {
-    uint32_t width, height; /* pixels */
+    uint32_t width, height;     /* pixels */
     float *layers[LAYER_COUNT]; /* [height][width][channels], or NULL */
 };
 
 /* `mask` has bit (1 << layer) per layer wanted. ERROR_MEMORY. */
-bool
-film_init(struct film *film, uint32_t width, uint32_t height, unsigned mask,
-          struct error *err);
-void
-film_clear(struct film *film);
+bool film_init(struct film *film, uint32_t width, uint32_t height,
+               unsigned mask, struct error *err);
+void film_clear(struct film *film);
 
 #endif

@@ -8,9 +8,11 @@
 
 #include <stdatomic.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "core/base/error.h"
+#include "core/base/isa.h"
 #include "core/scene/scene.h"
 #include "core/trace/film.h"
 
@@ -39,7 +41,10 @@ struct render_options {
                                        tile, may change at any time [threads] */
     render_progress_fn on_progress; /* [none] */
     void *user;
-    unsigned interval_ms;           /* [50] */
+    unsigned interval_ms; /* [50] */
+    size_t memory_max;    /* bytes for geometry and, again, for what Embree
+                           builds of it: past it ERROR_MEMORY [no limit] */
+    enum isa_level isa;   /* a lower level than this CPU's [isa_level()] */
 };
 
 struct render_stats {
@@ -48,8 +53,8 @@ struct render_stats {
 };
 
 /* `film` was made by film_init with the scene's size; its layers are filled. */
-bool
-render_run(const struct scene *scene, const struct render_options *options,
-           struct film *film, struct render_stats *stats, struct error *err);
+bool render_run(const struct scene *scene, const struct render_options *options,
+                struct film *film, struct render_stats *stats,
+                struct error *err);
 
 #endif
