@@ -44,6 +44,9 @@ static const struct rule allowed[] = {
     {.call = CALL(madvise)},
     {.call = CALL(mincore)},
     {.call = CALL(membarrier)},
+    {.call = CALL(mlock)}, /* a library of the library keeps keys there */
+    {.call = CALL(munlock)},
+    {.call = CALL(get_mempolicy)},
     /* threads and signals, within the process */
     {CALL(clone), MASKED, 0, CLONE_THREAD | CLONE_VM, CLONE_THREAD | CLONE_VM},
     {.call = CALL(futex)},
