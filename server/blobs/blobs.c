@@ -41,7 +41,8 @@ struct blobs {
 
 /* --- what was checked --- */
 
-static struct checked *checked_of(struct blobs *blobs, const char *sha256)
+static struct checked *
+checked_of(struct blobs *blobs, const char *sha256)
 {
     unsigned slot = 0;
     for (int i = 0; i < 3; i++) /* 12 bits */
@@ -51,8 +52,9 @@ static struct checked *checked_of(struct blobs *blobs, const char *sha256)
     return &blobs->checked[slot % CHECKED_MAX];
 }
 
-static bool was_checked(struct blobs *blobs, const char *sha256,
-                        const struct blob_stamp *stamp)
+static bool
+was_checked(struct blobs *blobs, const char *sha256,
+            const struct blob_stamp *stamp)
 {
     pthread_mutex_lock(&blobs->lock);
     const struct checked *c = checked_of(blobs, sha256);
@@ -63,8 +65,9 @@ static bool was_checked(struct blobs *blobs, const char *sha256,
     return was;
 }
 
-static void note_checked(struct blobs *blobs, const char *sha256,
-                         const struct blob_stamp *stamp)
+static void
+note_checked(struct blobs *blobs, const char *sha256,
+             const struct blob_stamp *stamp)
 {
     pthread_mutex_lock(&blobs->lock);
     struct checked *c = checked_of(blobs, sha256);
@@ -75,7 +78,8 @@ static void note_checked(struct blobs *blobs, const char *sha256,
 
 /* --- the writer thread --- */
 
-static void run_put(struct blobs *blobs, struct errand *errand)
+static void
+run_put(struct blobs *blobs, struct errand *errand)
 {
     char sha256[SHA256_HEX_SIZE] = "";
     struct blob_stamp stamp;
@@ -90,11 +94,13 @@ static void run_put(struct blobs *blobs, struct errand *errand)
     } else {
         sha256[0] = '\0';
     }
+    close(errand->fd);
     if (errand->done != NULL)
         errand->done(errand->user, sha256, errand->len, &err);
 }
 
-static struct errand *take(struct blobs *blobs)
+static struct errand *
+take(struct blobs *blobs)
 {
     pthread_mutex_lock(&blobs->lock);
     while (blobs->first == NULL && !blobs->closing)
@@ -110,17 +116,16 @@ static struct errand *take(struct blobs *blobs)
     return errand;
 }
 
-static void *run_errands(void *arg)
+static void *
+run_errands(void *arg)
 {
     struct blobs *blobs = arg;
     struct errand *errand;
     while ((errand = take(blobs)) != NULL) {
-        if (errand->fd >= 0) {
+        if (errand->fd >= 0)
             run_put(blobs, errand);
-            close(errand->fd);
-        } else {
+        else
             dir_delete(&blobs->dir, errand->sha256);
-        }
         free(errand);
     }
     return NULL;
@@ -128,7 +133,8 @@ static void *run_errands(void *arg)
 
 /* --- open, close --- */
 
-static int start_thread(struct blobs *blobs)
+static int
+start_thread(struct blobs *blobs)
 {
     sigset_t all, before;
     sigfillset(&all);
@@ -138,7 +144,8 @@ static int start_thread(struct blobs *blobs)
     return rc;
 }
 
-static void free_blobs(struct blobs *blobs)
+static void
+free_blobs(struct blobs *blobs)
 {
     dir_close(&blobs->dir);
     pthread_mutex_destroy(&blobs->lock);
@@ -147,7 +154,8 @@ static void free_blobs(struct blobs *blobs)
     free(blobs);
 }
 
-struct blobs *blobs_open_dir(const char *path, struct error *err)
+struct blobs *
+blobs_open_dir(const char *path, struct error *err)
 {
     struct blobs *blobs = calloc(1, sizeof *blobs);
     struct checked *checked = calloc(CHECKED_MAX, sizeof *checked);
@@ -172,7 +180,8 @@ struct blobs *blobs_open_dir(const char *path, struct error *err)
     return blobs;
 }
 
-void blobs_close(struct blobs *blobs)
+void
+blobs_close(struct blobs *blobs)
 {
     if (blobs == NULL)
         return;
@@ -187,7 +196,8 @@ void blobs_close(struct blobs *blobs)
 /* --- the calls --- */
 
 /* Takes `errand` over if true. */
-static bool push(struct blobs *blobs, struct errand *errand, struct error *err)
+static bool
+push(struct blobs *blobs, struct errand *errand, struct error *err)
 {
     pthread_mutex_lock(&blobs->lock);
     bool ok = !blobs->closing && blobs->pending < BLOBS_PENDING_MAX;
@@ -207,8 +217,9 @@ static bool push(struct blobs *blobs, struct errand *errand, struct error *err)
     return ok;
 }
 
-bool blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
-               void *user, struct error *err)
+bool
+blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
+          void *user, struct error *err)
 {
     struct errand *errand = calloc(1, sizeof *errand);
     bool ok = errand != NULL;
@@ -228,8 +239,9 @@ bool blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
     return ok;
 }
 
-int blobs_get(struct blobs *blobs, const char *sha256, uint64_t *len,
-              struct error *err)
+int
+blobs_get(struct blobs *blobs, const char *sha256, uint64_t *len,
+          struct error *err)
 {
     struct blob_stamp stamp;
     int fd = dir_get(&blobs->dir, sha256, &stamp, err);
@@ -246,7 +258,8 @@ int blobs_get(struct blobs *blobs, const char *sha256, uint64_t *len,
     return fd;
 }
 
-void blobs_delete(struct blobs *blobs, const char *sha256)
+void
+blobs_delete(struct blobs *blobs, const char *sha256)
 {
     if (!dir_is_name(sha256))
         return;
@@ -259,8 +272,9 @@ void blobs_delete(struct blobs *blobs, const char *sha256)
         free(errand);
 }
 
-bool blobs_space(struct blobs *blobs, uint64_t *free_bytes,
-                 uint64_t *total_bytes, struct error *err)
+bool
+blobs_space(struct blobs *blobs, uint64_t *free_bytes, uint64_t *total_bytes,
+            struct error *err)
 {
     return dir_space(&blobs->dir, free_bytes, total_bytes, err);
 }

@@ -17,27 +17,31 @@ enum {
     NAME_SIZE = 3 + SHA256_HEX_SIZE /* "ab/" and the name */
 };
 
-static enum error_code code_of(int cause)
+static enum error_code
+code_of(int cause)
 {
     return cause == ENOSPC || cause == EDQUOT || cause == EFBIG
                ? ERROR_STORAGE_FULL
                : ERROR_IO;
 }
 
-bool dir_is_name(const char *sha256)
+bool
+dir_is_name(const char *sha256)
 {
     return strlen(sha256) == SHA256_HEX_SIZE - 1 &&
            strspn(sha256, "0123456789abcdef") == SHA256_HEX_SIZE - 1;
 }
 
-static void file_name(const char *sha256, char name[NAME_SIZE])
+static void
+file_name(const char *sha256, char name[NAME_SIZE])
 {
     snprintf(name, NAME_SIZE, "%.2s/%s", sha256, sha256);
 }
 
 /* --- open, close --- */
 
-static bool make_folders(struct blobs_dir *dir, struct error *err)
+static bool
+make_folders(struct blobs_dir *dir, struct error *err)
 {
     bool made = false;
     for (int i = 0; i < 256; i++) {
@@ -60,7 +64,8 @@ static bool make_folders(struct blobs_dir *dir, struct error *err)
 }
 
 /* What a crash has left half written was never acknowledged. */
-static bool empty_incoming(struct blobs_dir *dir, struct error *err)
+static bool
+empty_incoming(struct blobs_dir *dir, struct error *err)
 {
     int fd = openat(dir->root, "incoming", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     DIR *folder = fd >= 0 ? fdopendir(fd) : NULL;
@@ -84,8 +89,8 @@ static bool empty_incoming(struct blobs_dir *dir, struct error *err)
 }
 
 /* DIR itself, and its name in its own folder. */
-static bool make_root(struct blobs_dir *dir, const char *path,
-                      struct error *err)
+static bool
+make_root(struct blobs_dir *dir, const char *path, struct error *err)
 {
     bool made = mkdir(path, 0700) == 0;
     if (!made && errno != EEXIST)
@@ -106,7 +111,8 @@ static bool make_root(struct blobs_dir *dir, const char *path,
                              "cannot sync the folder of %s", path);
 }
 
-bool dir_open(struct blobs_dir *dir, const char *path, struct error *err)
+bool
+dir_open(struct blobs_dir *dir, const char *path, struct error *err)
 {
     *dir = (struct blobs_dir){.root = -1, .incoming = -1};
     snprintf(dir->path, sizeof dir->path, "%s", path);
@@ -123,7 +129,8 @@ fail:
     return false;
 }
 
-void dir_close(struct blobs_dir *dir)
+void
+dir_close(struct blobs_dir *dir)
 {
     if (dir->incoming >= 0)
         close(dir->incoming);
@@ -134,7 +141,8 @@ void dir_close(struct blobs_dir *dir)
 
 /* --- put --- */
 
-static bool write_all(int fd, const char *data, size_t len)
+static bool
+write_all(int fd, const char *data, size_t len)
 {
     while (len > 0) {
         ssize_t n = write(fd, data, len);
@@ -149,8 +157,9 @@ static bool write_all(int fd, const char *data, size_t len)
 }
 
 /* Read, not map: a file that shrinks gives an error and no signal. */
-static bool copy_hashed(int from, uint64_t len, int to,
-                        char sha256[SHA256_HEX_SIZE], struct error *err)
+static bool
+copy_hashed(int from, uint64_t len, int to, char sha256[SHA256_HEX_SIZE],
+            struct error *err)
 {
     struct sha256 hash;
     uint64_t at = 0;
@@ -189,8 +198,8 @@ out:
 }
 
 /* The folder of a blob, so that its name survives. */
-static bool sync_folder(struct blobs_dir *dir, const char *sha256,
-                        struct error *err)
+static bool
+sync_folder(struct blobs_dir *dir, const char *sha256, struct error *err)
 {
     char name[4];
     snprintf(name, sizeof name, "%.2s", sha256);
@@ -203,7 +212,8 @@ static bool sync_folder(struct blobs_dir *dir, const char *sha256,
                              "cannot sync the folder %s/%s", dir->path, name);
 }
 
-static bool is_whole(struct blobs_dir *dir, const char *sha256)
+static bool
+is_whole(struct blobs_dir *dir, const char *sha256)
 {
     struct blob_stamp stamp;
     int fd = dir_get(dir, sha256, &stamp, NULL);
@@ -213,8 +223,9 @@ static bool is_whole(struct blobs_dir *dir, const char *sha256)
     return whole;
 }
 
-static bool publish(struct blobs_dir *dir, int fd, const char *temporary,
-                    const char *sha256, struct error *err)
+static bool
+publish(struct blobs_dir *dir, int fd, const char *temporary,
+        const char *sha256, struct error *err)
 {
     char name[NAME_SIZE];
     file_name(sha256, name);
@@ -230,8 +241,9 @@ static bool publish(struct blobs_dir *dir, int fd, const char *temporary,
     return false;
 }
 
-bool dir_put(struct blobs_dir *dir, int fd, uint64_t len,
-             char sha256[SHA256_HEX_SIZE], struct error *err)
+bool
+dir_put(struct blobs_dir *dir, int fd, uint64_t len,
+        char sha256[SHA256_HEX_SIZE], struct error *err)
 {
     char temporary[32];
     snprintf(temporary, sizeof temporary, "%llu",
@@ -257,8 +269,9 @@ bool dir_put(struct blobs_dir *dir, int fd, uint64_t len,
 
 /* --- get, delete --- */
 
-int dir_get(struct blobs_dir *dir, const char *sha256, struct blob_stamp *stamp,
-            struct error *err)
+int
+dir_get(struct blobs_dir *dir, const char *sha256, struct blob_stamp *stamp,
+        struct error *err)
 {
     char name[NAME_SIZE];
     struct stat st;
@@ -286,7 +299,8 @@ int dir_get(struct blobs_dir *dir, const char *sha256, struct blob_stamp *stamp,
     return fd;
 }
 
-bool dir_verify(int fd, const char *sha256, struct error *err)
+bool
+dir_verify(int fd, const char *sha256, struct error *err)
 {
     struct sha256 hash;
     char found[SHA256_HEX_SIZE];
@@ -316,7 +330,8 @@ bool dir_verify(int fd, const char *sha256, struct error *err)
                      sha256, found);
 }
 
-void dir_delete(struct blobs_dir *dir, const char *sha256)
+void
+dir_delete(struct blobs_dir *dir, const char *sha256)
 {
     char name[NAME_SIZE];
     if (!dir_is_name(sha256))
@@ -325,8 +340,9 @@ void dir_delete(struct blobs_dir *dir, const char *sha256)
     unlinkat(dir->root, name, 0);
 }
 
-bool dir_space(struct blobs_dir *dir, uint64_t *free_bytes,
-               uint64_t *total_bytes, struct error *err)
+bool
+dir_space(struct blobs_dir *dir, uint64_t *free_bytes, uint64_t *total_bytes,
+          struct error *err)
 {
     struct statvfs fs;
     if (fstatvfs(dir->root, &fs) != 0)

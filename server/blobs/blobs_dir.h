@@ -28,29 +28,37 @@ struct blob_stamp {
 
 /* Makes DIR, its 256 folders and incoming where they are missing, durably;
  * empties incoming. */
-bool dir_open(struct blobs_dir *dir, const char *path, struct error *err);
-void dir_close(struct blobs_dir *dir);
+bool
+dir_open(struct blobs_dir *dir, const char *path, struct error *err);
+void
+dir_close(struct blobs_dir *dir);
 
 /* `len` bytes of `fd` from offset 0: copied and hashed, fsync, renamed, folder
  * fsync. A whole blob of that name is kept as it is; a damaged one is
  * replaced. ERROR_STORAGE_FULL, ERROR_IO. */
-bool dir_put(struct blobs_dir *dir, int fd, uint64_t len,
-             char sha256[SHA256_HEX_SIZE], struct error *err);
+bool
+dir_put(struct blobs_dir *dir, int fd, uint64_t len,
+        char sha256[SHA256_HEX_SIZE], struct error *err);
 
 /* 64 lower-case hexadecimal digits? Nothing else becomes a file name. */
-bool dir_is_name(const char *sha256);
+bool
+dir_is_name(const char *sha256);
 
 /* A descriptor and its stamp, the hash not checked; -1: ERROR_NOT_FOUND,
  * ERROR_IO. */
-int dir_get(struct blobs_dir *dir, const char *sha256, struct blob_stamp *stamp,
-            struct error *err);
+int
+dir_get(struct blobs_dir *dir, const char *sha256, struct blob_stamp *stamp,
+        struct error *err);
 
 /* Read it all and compare. */
-bool dir_verify(int fd, const char *sha256, struct error *err);
+bool
+dir_verify(int fd, const char *sha256, struct error *err);
 
-void dir_delete(struct blobs_dir *dir, const char *sha256);
+void
+dir_delete(struct blobs_dir *dir, const char *sha256);
 
-bool dir_space(struct blobs_dir *dir, uint64_t *free_bytes,
-               uint64_t *total_bytes, struct error *err);
+bool
+dir_space(struct blobs_dir *dir, uint64_t *free_bytes, uint64_t *total_bytes,
+          struct error *err);
 
 #endif

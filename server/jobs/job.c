@@ -32,25 +32,29 @@ enum {
     PRIORITY_COUNT = sizeof priority_names / sizeof priority_names[0]
 };
 
-bool job_may(enum job_state from, enum job_state to)
+bool
+job_may(enum job_state from, enum job_state to)
 {
     if ((unsigned)from >= JOB_STATE_COUNT || (unsigned)to >= JOB_STATE_COUNT)
         return false;
     return (followers[from] >> to & 1u) != 0;
 }
 
-bool job_is_over(enum job_state state)
+bool
+job_is_over(enum job_state state)
 {
     return state == JOB_SUCCEEDED || state == JOB_FAILED ||
            state == JOB_CANCELED;
 }
 
-const char *job_state_name(enum job_state state)
+const char *
+job_state_name(enum job_state state)
 {
     return (unsigned)state < JOB_STATE_COUNT ? state_names[state] : "unknown";
 }
 
-enum job_state job_state_find(const char *name)
+enum job_state
+job_state_find(const char *name)
 {
     int i = 0;
     while (i < JOB_STATE_COUNT && strcmp(name, state_names[i]) != 0)
@@ -58,12 +62,14 @@ enum job_state job_state_find(const char *name)
     return (enum job_state)i;
 }
 
-const char *job_phase_name(enum job_phase phase)
+const char *
+job_phase_name(enum job_phase phase)
 {
     return (unsigned)phase < PHASE_COUNT ? phase_names[phase] : NULL;
 }
 
-const char *job_priority_name(enum job_priority priority)
+const char *
+job_priority_name(enum job_priority priority)
 {
     return (unsigned)priority < PRIORITY_COUNT ? priority_names[priority]
                                                : "unknown";

@@ -34,10 +34,11 @@ struct rank_turn {
  * last turn in that priority, 0 if he never had one. The turn is as long as
  * the estimate, at least 0.1 s and at most 600 s, so that a job without an
  * estimate counts too and a wrong one cannot shut its owner out. */
-struct rank_turn rank_next(int64_t clock, int64_t owner_end,
-                           double estimate_seconds);
+struct rank_turn
+rank_next(int64_t clock, int64_t owner_end, double estimate_seconds);
 
 /* A draft, or estimated below RANK_SHORT_SECONDS. */
-bool rank_is_short(const struct job *job);
+bool
+rank_is_short(const struct job *job);
 
 #endif

@@ -6,7 +6,8 @@
 #include "core/base/must.h"
 #include "server/jobs/rank.h"
 
-void write_free(struct write *write)
+void
+write_free(struct write *write)
 {
     if (write == NULL)
         return;
@@ -17,7 +18,8 @@ void write_free(struct write *write)
 
 /* --- the latest version of each job that this batch has touched --- */
 
-static uint16_t *slot_of(struct batch *batch, const char *id)
+static uint16_t *
+slot_of(struct batch *batch, const char *id)
 {
     uint32_t hash = 2166136261u; /* FNV-1a */
     for (const char *c = id; *c != '\0'; c++)
@@ -31,8 +33,8 @@ static uint16_t *slot_of(struct batch *batch, const char *id)
 
 /* The job as the batch sees it: its own change, else the row under the board.
  * False with ERROR_NOT_FOUND also for one that the batch has deleted. */
-static bool fetch(struct batch *batch, const char *id, struct row *row,
-                  struct error *err)
+static bool
+fetch(struct batch *batch, const char *id, struct row *row, struct error *err)
 {
     uint16_t slot = *slot_of(batch, id);
     if (slot != 0) {
@@ -51,7 +53,8 @@ static bool fetch(struct batch *batch, const char *id, struct row *row,
 }
 
 /* write->row is the job as it is now. */
-static void note_change(struct batch *batch, struct write *write)
+static void
+note_change(struct batch *batch, struct write *write)
 {
     uint16_t *slot = slot_of(batch, write->row.job.id);
     if (*slot != 0)
@@ -63,8 +66,9 @@ static void note_change(struct batch *batch, struct write *write)
 
 /* --- the one way to change a row --- */
 
-static bool change(struct batch *batch, struct write *write, enum job_state to,
-                   struct error *err)
+static bool
+change(struct batch *batch, struct write *write, enum job_state to,
+       struct error *err)
 {
     struct row *row = &write->row;
     enum job_state from = row->job.state;
@@ -82,14 +86,16 @@ static bool change(struct batch *batch, struct write *write, enum job_state to,
     return true;
 }
 
-static void end_job(struct job *job, int64_t now_ms)
+static void
+end_job(struct job *job, int64_t now_ms)
 {
     job->finished_ms = now_ms;
     job->phase = JOB_PHASE_NONE;
     job->cancel_requested = false;
 }
 
-static void queue_again(struct job *job)
+static void
+queue_again(struct job *job)
 {
     job->phase = JOB_PHASE_NONE;
     job->progress = 0;
@@ -98,8 +104,8 @@ static void queue_again(struct job *job)
 }
 
 /* The job of this write if the write's lease is the live one. */
-static bool fetch_leased(struct batch *batch, struct write *write,
-                         struct error *err)
+static bool
+fetch_leased(struct batch *batch, struct write *write, struct error *err)
 {
     struct job *job = &write->row.job;
     if (!fetch(batch, write->id, &write->row, err))
@@ -116,8 +122,8 @@ static bool fetch_leased(struct batch *batch, struct write *write,
 
 /* --- one function per kind of write --- */
 
-static bool apply_submit(struct batch *batch, struct write *write,
-                         struct error *err)
+static bool
+apply_submit(struct batch *batch, struct write *write, struct error *err)
 {
     struct row *row = &write->row;
     struct job *job = &row->job;
@@ -158,8 +164,8 @@ static bool apply_submit(struct batch *batch, struct write *write,
     return true;
 }
 
-static bool apply_lease(struct batch *batch, struct write *write,
-                        struct error *err)
+static bool
+apply_lease(struct batch *batch, struct write *write, struct error *err)
 {
     struct row *row = &write->row;
     struct job *job = &row->job;
@@ -190,8 +196,8 @@ static bool apply_lease(struct batch *batch, struct write *write,
     return true;
 }
 
-static bool apply_heartbeat(struct batch *batch, struct write *write,
-                            struct error *err)
+static bool
+apply_heartbeat(struct batch *batch, struct write *write, struct error *err)
 {
     if (!fetch_leased(batch, write, err))
         return false;
@@ -208,8 +214,8 @@ static bool apply_heartbeat(struct batch *batch, struct write *write,
     return true;
 }
 
-static bool apply_finish(struct batch *batch, struct write *write,
-                         struct error *err)
+static bool
+apply_finish(struct batch *batch, struct write *write, struct error *err)
 {
     if (!fetch_leased(batch, write, err))
         return false;
@@ -222,8 +228,8 @@ static bool apply_finish(struct batch *batch, struct write *write,
     return change(batch, write, JOB_SUCCEEDED, err);
 }
 
-static bool apply_fail(struct batch *batch, struct write *write,
-                       struct error *err)
+static bool
+apply_fail(struct batch *batch, struct write *write, struct error *err)
 {
     if (!fetch_leased(batch, write, err))
         return false;
@@ -247,8 +253,8 @@ static bool apply_fail(struct batch *batch, struct write *write,
     return change(batch, write, JOB_FAILED, err);
 }
 
-static bool apply_cancel(struct batch *batch, struct write *write,
-                         struct error *err)
+static bool
+apply_cancel(struct batch *batch, struct write *write, struct error *err)
 {
     if (!fetch(batch, write->id, &write->row, err))
         return false;
@@ -269,8 +275,8 @@ static bool apply_cancel(struct batch *batch, struct write *write,
     }
 }
 
-static bool apply_delete(struct batch *batch, struct write *write,
-                         struct error *err)
+static bool
+apply_delete(struct batch *batch, struct write *write, struct error *err)
 {
     if (!fetch(batch, write->id, &write->row, err))
         return false;
@@ -294,13 +300,15 @@ static bool (*const apply[WRITE_KIND_COUNT])(struct batch *, struct write *,
     [WRITE_DELETE] = apply_delete,
 };
 
-static bool is_refusal(const struct batch *batch, enum error_code code)
+static bool
+is_refusal(const struct batch *batch, enum error_code code)
 {
     return code == ERROR_CONFLICT || code == ERROR_NOT_FOUND ||
            (code == ERROR_MEMORY && batch->rows->ops->rollback == NULL);
 }
 
-bool batch_apply(struct batch *batch, struct error *err)
+bool
+batch_apply(struct batch *batch, struct error *err)
 {
     memset(batch->counted, 0, sizeof batch->counted);
     memset(batch->slots, 0, sizeof batch->slots);

@@ -68,7 +68,8 @@ struct write {
     struct lease *lease;
 };
 
-void write_free(struct write *write);
+void
+write_free(struct write *write);
 
 struct batch {
     struct rows *rows;
@@ -83,6 +84,7 @@ struct batch {
 /* False: the batch must be rolled back, *err says why (ERROR_STORAGE_FULL,
  * ERROR_MEMORY, ERROR_IO). Can be called again after the rollback, with fewer
  * writes. */
-bool batch_apply(struct batch *batch, struct error *err);
+bool
+batch_apply(struct batch *batch, struct error *err);
 
 #endif

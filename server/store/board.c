@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-void board_clear(struct board *board)
+void
+board_clear(struct board *board)
 {
     free(board->entries);
     *board = (struct board){0};
@@ -11,7 +12,8 @@ void board_clear(struct board *board)
 
 /* The entry's index, or board->count. There are about as many entries as
  * workers, so a walk is fine. */
-static size_t index_of(const struct board *board, const char *id)
+static size_t
+index_of(const struct board *board, const char *id)
 {
     size_t i = 0;
     while (i < board->count && strcmp(board->entries[i].id, id) != 0)
@@ -19,7 +21,8 @@ static size_t index_of(const struct board *board, const char *id)
     return i;
 }
 
-void board_note(struct board *board, const struct job *job)
+void
+board_note(struct board *board, const struct job *job)
 {
     size_t i = index_of(board, job->id);
     if (i == board->capacity) {
@@ -42,15 +45,16 @@ void board_note(struct board *board, const struct job *job)
     entry->rays_done = job->rays_done;
 }
 
-void board_wipe(struct board *board, const char *id)
+void
+board_wipe(struct board *board, const char *id)
 {
     size_t i = index_of(board, id);
     if (i < board->count)
         board->entries[i] = board->entries[--board->count];
 }
 
-bool board_find(const struct board *board, const char *id,
-                struct board_entry *entry)
+bool
+board_find(const struct board *board, const char *id, struct board_entry *entry)
 {
     size_t i = index_of(board, id);
     if (i == board->count)
@@ -59,7 +63,8 @@ bool board_find(const struct board *board, const char *id,
     return true;
 }
 
-void board_lay(const struct board_entry *entry, struct job *job)
+void
+board_lay(const struct board_entry *entry, struct job *job)
 {
     if (job->state != JOB_RUNNING || job->epoch != entry->epoch ||
         job->revision >= entry->revision)

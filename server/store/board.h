@@ -32,20 +32,25 @@ struct board {
     size_t count, capacity;
 };
 
-void board_clear(struct board *board);
+void
+board_clear(struct board *board);
 
 /* Note the job's progress and revision. A heartbeat that finds no memory is
  * dropped. */
-void board_note(struct board *board, const struct job *job);
+void
+board_note(struct board *board, const struct job *job);
 
 /* Forget a job, if it is there. */
-void board_wipe(struct board *board, const char *id);
+void
+board_wipe(struct board *board, const char *id);
 
 /* A copy of the entry; false: there is none. */
-bool board_find(const struct board *board, const char *id,
-                struct board_entry *entry);
+bool
+board_find(const struct board *board, const char *id,
+           struct board_entry *entry);
 
 /* Lay an entry over a row read after it. */
-void board_lay(const struct board_entry *entry, struct job *job);
+void
+board_lay(const struct board_entry *entry, struct job *job);
 
 #endif

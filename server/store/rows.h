@@ -89,9 +89,8 @@ struct rows {
 
 /* store.c: run a store over these rows, which it takes over, also on failure.
  * `reader` may be the writer's own view. `describe` is copied. */
-struct store *store_start(struct rows *writer, struct rows *reader,
-                          const char *describe,
-                          const struct store_options *options,
-                          struct error *err);
+struct store *
+store_start(struct rows *writer, struct rows *reader, const char *describe,
+            const struct store_options *options, struct error *err);
 
 #endif

@@ -38,6 +38,7 @@ struct store {
     struct batch batch;
     struct write *taken[BATCH_MAX];
     size_t taken_count;
+    bool full; /* the disk, when last written to */
 };
 
 /* --- the queue --- */
@@ -56,8 +57,9 @@ static const struct {
     [WRITE_FAIL] = {STORE_PENDING_MAX + STORE_PENDING_RESERVE},
 };
 
-static struct write *new_write(enum write_kind kind, const char *id,
-                               uint32_t epoch, void *user, struct error *err)
+static struct write *
+new_write(enum write_kind kind, const char *id, uint32_t epoch, void *user,
+          struct error *err)
 {
     struct write *write = calloc(1, sizeof *write);
     if (write == NULL) {
@@ -74,7 +76,8 @@ static struct write *new_write(enum write_kind kind, const char *id,
 }
 
 /* Takes `write` over, also on failure. */
-static bool push(struct store *store, struct write *write, struct error *err)
+static bool
+push(struct store *store, struct write *write, struct error *err)
 {
     bool ok = false;
     pthread_mutex_lock(&store->lock);
@@ -106,7 +109,8 @@ static bool push(struct store *store, struct write *write, struct error *err)
 }
 
 /* Wait for writes and take what one batch holds. False: closed and empty. */
-static bool take(struct store *store)
+static bool
+take(struct store *store)
 {
     size_t bytes = 0;
     store->taken_count = 0;
@@ -133,13 +137,15 @@ static bool take(struct store *store)
 /* After a failed write or fsync nobody knows what the disk holds: pages may be
  * lost that a later fsync reports as written. Nothing of this batch was
  * acknowledged; the next start finds out from the disk. */
-static _Noreturn void stop_process(const struct error *err)
+static _Noreturn void
+stop_process(const struct error *err)
 {
     log_write(LOG_ERROR, "store", "stopping, a write failed: %s", err->text);
     _exit(STORE_EXIT_STATUS);
 }
 
-static bool transaction(struct store *store, struct error *err)
+static bool
+transaction(struct store *store, struct error *err)
 {
     struct rows *rows = store->writer;
     bool ok = rows->ops->begin(rows, err) && batch_apply(&store->batch, err) &&
@@ -150,8 +156,8 @@ static bool transaction(struct store *store, struct error *err)
 }
 
 /* Refuse all writes of the batch, or only submissions. */
-static void refuse(struct batch *batch, bool submits_only,
-                   const struct error *err)
+static void
+refuse(struct batch *batch, bool submits_only, const struct error *err)
 {
     size_t kept = 0;
     for (size_t i = 0; i < batch->count; i++) {
@@ -166,7 +172,19 @@ static void refuse(struct batch *batch, bool submits_only,
     batch->count = kept;
 }
 
-static void commit_taken(struct store *store)
+/* Say it once, and once when it is over. */
+static void
+note_full(struct store *store, bool full)
+{
+    if (full && !store->full)
+        log_write(LOG_WARN, "store", "the disk is full, new jobs are refused");
+    if (!full && store->full)
+        log_write(LOG_INFO, "store", "the disk has room again");
+    store->full = full;
+}
+
+static void
+commit_taken(struct store *store)
 {
     struct batch *batch = &store->batch;
     memcpy(batch->writes, store->taken,
@@ -174,11 +192,13 @@ static void commit_taken(struct store *store)
     batch->count = store->taken_count;
     batch->now_ms = clock_wall_ms();
     struct error err = {0};
-    if (transaction(store, &err))
+    if (transaction(store, &err)) {
+        note_full(store, false);
         return;
+    }
     /* A full disk refuses newcomers; what ends or deletes jobs tries again. */
     if (err.code == ERROR_STORAGE_FULL) {
-        log_write(LOG_WARN, "store", "the disk is full: %s", err.text);
+        note_full(store, true);
         refuse(batch, true, &err);
         err = (struct error){0};
         if (transaction(store, &err))
@@ -191,7 +211,8 @@ static void commit_taken(struct store *store)
 }
 
 /* The commit is durable: let readers see what is kept beside the rows. */
-static void publish(struct store *store)
+static void
+publish(struct store *store)
 {
     pthread_mutex_lock(&store->lock);
     for (size_t i = 0; i < store->taken_count; i++) {
@@ -208,7 +229,8 @@ static void publish(struct store *store)
     pthread_mutex_unlock(&store->lock);
 }
 
-static void answer(struct store *store)
+static void
+answer(struct store *store)
 {
     for (size_t i = 0; i < store->taken_count; i++) {
         struct write *write = store->taken[i];
@@ -230,7 +252,8 @@ static void answer(struct store *store)
     }
 }
 
-static void *write_all(void *arg)
+static void *
+write_all(void *arg)
 {
     struct store *store = arg;
     bool shared = store->writer == store->reader;
@@ -252,7 +275,8 @@ static void *write_all(void *arg)
 
 /* --- open, close --- */
 
-static void free_store(struct store *store)
+static void
+free_store(struct store *store)
 {
     if (store->reader != store->writer)
         store->reader->ops->close(store->reader);
@@ -265,7 +289,8 @@ static void free_store(struct store *store)
 }
 
 /* Signals are for the program's first thread. */
-static int start_thread(struct store *store)
+static int
+start_thread(struct store *store)
 {
     sigset_t all, before;
     sigfillset(&all);
@@ -275,10 +300,9 @@ static int start_thread(struct store *store)
     return rc;
 }
 
-struct store *store_start(struct rows *writer, struct rows *reader,
-                          const char *describe,
-                          const struct store_options *options,
-                          struct error *err)
+struct store *
+store_start(struct rows *writer, struct rows *reader, const char *describe,
+            const struct store_options *options, struct error *err)
 {
     struct store *store = calloc(1, sizeof *store);
     if (store == NULL) {
@@ -311,7 +335,8 @@ struct store *store_start(struct rows *writer, struct rows *reader,
     return store;
 }
 
-void store_close(struct store *store)
+void
+store_close(struct store *store)
 {
     if (store == NULL)
         return;
@@ -325,9 +350,10 @@ void store_close(struct store *store)
 
 /* --- writes --- */
 
-bool store_submit(struct store *store, const struct job *job, const char *scene,
-                  size_t scene_len, store_done_fn done, void *user,
-                  struct error *err)
+bool
+store_submit(struct store *store, const struct job *job, const char *scene,
+             size_t scene_len, store_done_fn done, void *user,
+             struct error *err)
 {
     MUST(job->id[0] != '\0');
     struct write *write = new_write(WRITE_SUBMIT, job->id, 0, user, err);
@@ -344,8 +370,9 @@ bool store_submit(struct store *store, const struct job *job, const char *scene,
     return push(store, write, err);
 }
 
-bool store_lease(struct store *store, double max_seconds, store_lease_fn done,
-                 void *user, struct error *err)
+bool
+store_lease(struct store *store, double max_seconds, store_lease_fn done,
+            void *user, struct error *err)
 {
     MUST(done != NULL);
     struct write *write = new_write(WRITE_LEASE, NULL, 0, user, err);
@@ -356,7 +383,8 @@ bool store_lease(struct store *store, double max_seconds, store_lease_fn done,
     return push(store, write, err);
 }
 
-void lease_free(struct lease *lease)
+void
+lease_free(struct lease *lease)
 {
     if (lease == NULL)
         return;
@@ -364,9 +392,10 @@ void lease_free(struct lease *lease)
     free(lease);
 }
 
-bool store_heartbeat(struct store *store, const char *id, uint32_t epoch,
-                     enum job_phase phase, double progress, uint64_t rays_done,
-                     struct error *err)
+bool
+store_heartbeat(struct store *store, const char *id, uint32_t epoch,
+                enum job_phase phase, double progress, uint64_t rays_done,
+                struct error *err)
 {
     struct write *write = new_write(WRITE_HEARTBEAT, id, epoch, NULL, err);
     if (write == NULL)
@@ -377,10 +406,11 @@ bool store_heartbeat(struct store *store, const char *id, uint32_t epoch,
     return push(store, write, err);
 }
 
-bool store_finish(struct store *store, const char *id, uint32_t epoch,
-                  const char *result, uint64_t result_len,
-                  const struct job_stats *stats, store_done_fn done, void *user,
-                  struct error *err)
+bool
+store_finish(struct store *store, const char *id, uint32_t epoch,
+             const char *result, uint64_t result_len,
+             const struct job_stats *stats, store_done_fn done, void *user,
+             struct error *err)
 {
     MUST(strlen(result) < SHA256_HEX_SIZE);
     struct write *write = new_write(WRITE_FINISH, id, epoch, user, err);
@@ -394,10 +424,10 @@ bool store_finish(struct store *store, const char *id, uint32_t epoch,
     return push(store, write, err);
 }
 
-bool store_fail(struct store *store, const char *id, uint32_t epoch,
-                enum store_failure failure, enum error_code code,
-                const char *text, store_done_fn done, void *user,
-                struct error *err)
+bool
+store_fail(struct store *store, const char *id, uint32_t epoch,
+           enum store_failure failure, enum error_code code, const char *text,
+           store_done_fn done, void *user, struct error *err)
 {
     struct write *write = new_write(WRITE_FAIL, id, epoch, user, err);
     if (write == NULL)
@@ -408,9 +438,9 @@ bool store_fail(struct store *store, const char *id, uint32_t epoch,
     return push(store, write, err);
 }
 
-static bool push_named(struct store *store, enum write_kind kind,
-                       const char *id, store_done_fn done, void *user,
-                       struct error *err)
+static bool
+push_named(struct store *store, enum write_kind kind, const char *id,
+           store_done_fn done, void *user, struct error *err)
 {
     struct write *write = new_write(kind, id, 0, user, err);
     if (write == NULL)
@@ -419,33 +449,38 @@ static bool push_named(struct store *store, enum write_kind kind,
     return push(store, write, err);
 }
 
-bool store_cancel(struct store *store, const char *id, store_done_fn done,
-                  void *user, struct error *err)
+bool
+store_cancel(struct store *store, const char *id, store_done_fn done,
+             void *user, struct error *err)
 {
     return push_named(store, WRITE_CANCEL, id, done, user, err);
 }
 
-bool store_delete(struct store *store, const char *id, store_done_fn done,
-                  void *user, struct error *err)
+bool
+store_delete(struct store *store, const char *id, store_done_fn done,
+             void *user, struct error *err)
 {
     return push_named(store, WRITE_DELETE, id, done, user, err);
 }
 
 /* --- reads --- */
 
-static struct rows *begin_read(struct store *store)
+static struct rows *
+begin_read(struct store *store)
 {
     pthread_mutex_lock(&store->read_lock);
     return store->reader;
 }
 
-static void end_read(struct store *store)
+static void
+end_read(struct store *store)
 {
     pthread_mutex_unlock(&store->read_lock);
 }
 
-bool store_get(struct store *store, const char *id, struct job *job,
-               struct error *err)
+bool
+store_get(struct store *store, const char *id, struct job *job,
+          struct error *err)
 {
     /* Board first, row second: see board.h. */
     struct board_entry entry;
@@ -465,8 +500,9 @@ bool store_get(struct store *store, const char *id, struct job *job,
     return true;
 }
 
-bool store_scene(struct store *store, const char *id, struct bytes *scene,
-                 struct error *err)
+bool
+store_scene(struct store *store, const char *id, struct bytes *scene,
+            struct error *err)
 {
     struct rows *rows = begin_read(store);
     bool ok = rows->ops->scene(rows, id, scene, err);
@@ -474,8 +510,9 @@ bool store_scene(struct store *store, const char *id, struct bytes *scene,
     return ok;
 }
 
-bool store_find(struct store *store, const char *render_key, const char *owner,
-                struct job *job, struct error *err)
+bool
+store_find(struct store *store, const char *render_key, const char *owner,
+           struct job *job, struct error *err)
 {
     struct row row;
     struct rows *rows = begin_read(store);
@@ -487,8 +524,8 @@ bool store_find(struct store *store, const char *render_key, const char *owner,
 }
 
 /* The whole board, for a list. `copy` is cleared by the caller. */
-static bool copy_board(struct store *store, struct board *copy,
-                       struct error *err)
+static bool
+copy_board(struct store *store, struct board *copy, struct error *err)
 {
     bool ok = true;
     pthread_mutex_lock(&store->lock);
@@ -506,8 +543,9 @@ static bool copy_board(struct store *store, struct board *copy,
     return ok || error_set(err, ERROR_MEMORY, "no memory for a list of jobs");
 }
 
-int store_list(struct store *store, const struct store_filter *filter,
-               struct job *jobs, struct error *err)
+int
+store_list(struct store *store, const struct store_filter *filter,
+           struct job *jobs, struct error *err)
 {
     MUST(filter->limit >= 1 && filter->limit <= STORE_LIST_MAX);
     struct board board = {0};
@@ -525,8 +563,8 @@ int store_list(struct store *store, const struct store_filter *filter,
     return count;
 }
 
-bool store_count(struct store *store, struct store_counts *counts,
-                 struct error *err)
+bool
+store_count(struct store *store, struct store_counts *counts, struct error *err)
 {
     (void)err;
     pthread_mutex_lock(&store->lock);
@@ -536,8 +574,9 @@ bool store_count(struct store *store, struct store_counts *counts,
     return true;
 }
 
-bool store_position(struct store *store, const char *id, uint64_t *position,
-                    struct error *err)
+bool
+store_position(struct store *store, const char *id, uint64_t *position,
+               struct error *err)
 {
     struct row row;
     struct rows *rows = begin_read(store);
@@ -550,8 +589,9 @@ bool store_position(struct store *store, const char *id, uint64_t *position,
     return ok;
 }
 
-bool store_blob_users(struct store *store, const char *sha256, uint64_t *users,
-                      struct error *err)
+bool
+store_blob_users(struct store *store, const char *sha256, uint64_t *users,
+                 struct error *err)
 {
     struct rows *rows = begin_read(store);
     bool ok = rows->ops->blob_users(rows, sha256, users, err);
@@ -559,7 +599,8 @@ bool store_blob_users(struct store *store, const char *sha256, uint64_t *users,
     return ok;
 }
 
-const char *store_describe(const struct store *store)
+const char *
+store_describe(const struct store *store)
 {
     return store->describe;
 }

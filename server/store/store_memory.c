@@ -29,12 +29,14 @@ struct memory {
     int64_t clocks[PRIORITY_LOW + 1];
 };
 
-static struct memory *memory_of(struct rows *rows)
+static struct memory *
+memory_of(struct rows *rows)
 {
     return (struct memory *)rows;
 }
 
-static struct kept **slot_of(struct memory *memory, const char *id)
+static struct kept **
+slot_of(struct memory *memory, const char *id)
 {
     uint32_t hash = 2166136261u; /* FNV-1a */
     for (const char *c = id; *c != '\0'; c++)
@@ -45,8 +47,8 @@ static struct kept **slot_of(struct memory *memory, const char *id)
     return link;
 }
 
-static struct kept *look_up(struct rows *rows, const char *id,
-                            struct error *err)
+static struct kept *
+look_up(struct rows *rows, const char *id, struct error *err)
 {
     struct kept *kept = *slot_of(memory_of(rows), id);
     if (kept == NULL)
@@ -54,7 +56,8 @@ static struct kept *look_up(struct rows *rows, const char *id,
     return kept;
 }
 
-static void free_kept(struct kept *kept)
+static void
+free_kept(struct kept *kept)
 {
     if (kept == NULL)
         return;
@@ -62,7 +65,8 @@ static void free_kept(struct kept *kept)
     free(kept);
 }
 
-static void memory_close(struct rows *rows)
+static void
+memory_close(struct rows *rows)
 {
     struct memory *memory = memory_of(rows);
     for (size_t i = 0; i < memory->count; i++)
@@ -72,14 +76,16 @@ static void memory_close(struct rows *rows)
     free(memory);
 }
 
-static bool memory_begin(struct rows *rows, struct error *err)
+static bool
+memory_begin(struct rows *rows, struct error *err)
 {
     (void)rows;
     (void)err;
     return true;
 }
 
-static bool reserve(struct memory *memory)
+static bool
+reserve(struct memory *memory)
 {
     if (memory->count < memory->capacity)
         return true;
@@ -94,7 +100,8 @@ static bool reserve(struct memory *memory)
 }
 
 /* The owner's turns, made if they are not there; NULL: no memory. */
-static struct turn *turn_of(struct memory *memory, const char *owner)
+static struct turn *
+turn_of(struct memory *memory, const char *owner)
 {
     for (size_t i = 0; i < memory->turn_count; i++) {
         if (strcmp(memory->turns[i].owner, owner) == 0)
@@ -111,8 +118,9 @@ static struct turn *turn_of(struct memory *memory, const char *owner)
     return turn;
 }
 
-static bool memory_insert(struct rows *rows, struct row *row, const char *scene,
-                          size_t scene_len, struct error *err)
+static bool
+memory_insert(struct rows *rows, struct row *row, const char *scene,
+              size_t scene_len, struct error *err)
 {
     struct memory *memory = memory_of(rows);
     struct kept **link = slot_of(memory, row->job.id);
@@ -133,8 +141,8 @@ static bool memory_insert(struct rows *rows, struct row *row, const char *scene,
     return true;
 }
 
-static bool memory_update(struct rows *rows, const struct row *row,
-                          struct error *err)
+static bool
+memory_update(struct rows *rows, const struct row *row, struct error *err)
 {
     struct kept *kept = look_up(rows, row->job.id, err);
     if (kept == NULL)
@@ -143,8 +151,8 @@ static bool memory_update(struct rows *rows, const struct row *row,
     return true;
 }
 
-static bool memory_remove(struct rows *rows, const struct row *row,
-                          struct error *err)
+static bool
+memory_remove(struct rows *rows, const struct row *row, struct error *err)
 {
     struct memory *memory = memory_of(rows);
     struct kept *kept = look_up(rows, row->job.id, err);
@@ -162,7 +170,8 @@ static bool memory_remove(struct rows *rows, const struct row *row,
 }
 
 /* Does a stand before b in the order of leases? */
-static bool is_before(const struct row *a, const struct row *b)
+static bool
+is_before(const struct row *a, const struct row *b)
 {
     if (a->job.priority != b->job.priority)
         return a->job.priority < b->job.priority;
@@ -171,8 +180,9 @@ static bool is_before(const struct row *a, const struct row *b)
     return a->seq < b->seq;
 }
 
-static bool memory_first(struct rows *rows, double max_seconds, struct row *row,
-                         struct error *err)
+static bool
+memory_first(struct rows *rows, double max_seconds, struct row *row,
+             struct error *err)
 {
     struct memory *memory = memory_of(rows);
     const struct row *best = NULL;
@@ -190,9 +200,9 @@ static bool memory_first(struct rows *rows, double max_seconds, struct row *row,
     return true;
 }
 
-static bool memory_turn(struct rows *rows, const char *owner,
-                        enum job_priority priority, int64_t *clock,
-                        int64_t *owner_end, struct error *err)
+static bool
+memory_turn(struct rows *rows, const char *owner, enum job_priority priority,
+            int64_t *clock, int64_t *owner_end, struct error *err)
 {
     struct turn *turn = turn_of(memory_of(rows), owner);
     if (turn == NULL)
@@ -202,9 +212,10 @@ static bool memory_turn(struct rows *rows, const char *owner,
     return true;
 }
 
-static bool memory_set_turn(struct rows *rows, const char *owner,
-                            enum job_priority priority, int64_t owner_end,
-                            struct error *err)
+static bool
+memory_set_turn(struct rows *rows, const char *owner,
+                enum job_priority priority, int64_t owner_end,
+                struct error *err)
 {
     struct turn *turn = turn_of(memory_of(rows), owner);
     if (turn == NULL)
@@ -213,8 +224,9 @@ static bool memory_set_turn(struct rows *rows, const char *owner,
     return true;
 }
 
-static bool memory_set_clock(struct rows *rows, enum job_priority priority,
-                             int64_t clock, struct error *err)
+static bool
+memory_set_clock(struct rows *rows, enum job_priority priority, int64_t clock,
+                 struct error *err)
 {
     int64_t *now = &memory_of(rows)->clocks[priority];
     (void)err;
@@ -223,8 +235,9 @@ static bool memory_set_clock(struct rows *rows, enum job_priority priority,
     return true;
 }
 
-static bool memory_get(struct rows *rows, const char *id, struct row *row,
-                       struct error *err)
+static bool
+memory_get(struct rows *rows, const char *id, struct row *row,
+           struct error *err)
 {
     const struct kept *kept = look_up(rows, id, err);
     if (kept == NULL)
@@ -233,8 +246,9 @@ static bool memory_get(struct rows *rows, const char *id, struct row *row,
     return true;
 }
 
-static bool memory_scene(struct rows *rows, const char *id, struct bytes *scene,
-                         struct error *err)
+static bool
+memory_scene(struct rows *rows, const char *id, struct bytes *scene,
+             struct error *err)
 {
     const struct kept *kept = look_up(rows, id, err);
     if (kept == NULL)
@@ -244,8 +258,9 @@ static bool memory_scene(struct rows *rows, const char *id, struct bytes *scene,
            error_set(err, ERROR_MEMORY, "no memory for a scene");
 }
 
-static bool memory_find(struct rows *rows, const char *render_key,
-                        const char *owner, struct row *row, struct error *err)
+static bool
+memory_find(struct rows *rows, const char *render_key, const char *owner,
+            struct row *row, struct error *err)
 {
     struct memory *memory = memory_of(rows);
     for (size_t i = memory->count; i-- > 0;) {
@@ -261,7 +276,8 @@ static bool memory_find(struct rows *rows, const char *render_key,
 }
 
 /* Is `tag` one of the comma-separated `tags`? */
-static bool has_tag(const char *tags, const char *tag)
+static bool
+has_tag(const char *tags, const char *tag)
 {
     size_t len = strlen(tag);
     for (const char *t = strstr(tags, tag); t != NULL; t = strstr(t + 1, tag)) {
@@ -272,7 +288,8 @@ static bool has_tag(const char *tags, const char *tag)
     return false;
 }
 
-static bool passes(const struct store_filter *filter, const struct job *job)
+static bool
+passes(const struct store_filter *filter, const struct job *job)
 {
     return (filter->owner == NULL || strcmp(job->owner, filter->owner) == 0) &&
            (filter->tag == NULL || filter->tag[0] == '\0' ||
@@ -283,14 +300,16 @@ static bool passes(const struct store_filter *filter, const struct job *job)
 }
 
 /* Newest first, by id. */
-static int by_id(const void *a, const void *b)
+static int
+by_id(const void *a, const void *b)
 {
     const struct kept *const *x = a, *const *y = b;
     return strcmp((*y)->row.job.id, (*x)->row.job.id);
 }
 
-static int memory_list(struct rows *rows, const struct store_filter *filter,
-                       struct job *jobs, struct error *err)
+static int
+memory_list(struct rows *rows, const struct store_filter *filter,
+            struct job *jobs, struct error *err)
 {
     struct memory *memory = memory_of(rows);
     struct kept **sorted = malloc((memory->count + 1) * sizeof(struct kept *));
@@ -312,8 +331,9 @@ static int memory_list(struct rows *rows, const struct store_filter *filter,
     return (int)found;
 }
 
-static bool memory_count(struct rows *rows, uint64_t jobs[JOB_STATE_COUNT],
-                         struct error *err)
+static bool
+memory_count(struct rows *rows, uint64_t jobs[JOB_STATE_COUNT],
+             struct error *err)
 {
     struct memory *memory = memory_of(rows);
     (void)err;
@@ -323,8 +343,9 @@ static bool memory_count(struct rows *rows, uint64_t jobs[JOB_STATE_COUNT],
     return true;
 }
 
-static bool memory_position(struct rows *rows, const struct row *row,
-                            uint64_t *position, struct error *err)
+static bool
+memory_position(struct rows *rows, const struct row *row, uint64_t *position,
+                struct error *err)
 {
     struct memory *memory = memory_of(rows);
     (void)err;
@@ -336,8 +357,9 @@ static bool memory_position(struct rows *rows, const struct row *row,
     return true;
 }
 
-static bool memory_blob_users(struct rows *rows, const char *sha256,
-                              uint64_t *users, struct error *err)
+static bool
+memory_blob_users(struct rows *rows, const char *sha256, uint64_t *users,
+                  struct error *err)
 {
     struct memory *memory = memory_of(rows);
     (void)err;
@@ -369,8 +391,8 @@ static const struct rows_ops memory_ops = {
     .blob_users = memory_blob_users,
 };
 
-struct store *store_open_memory(const struct store_options *options,
-                                struct error *err)
+struct store *
+store_open_memory(const struct store_options *options, struct error *err)
 {
     struct memory *memory = calloc(1, sizeof *memory);
     if (memory == NULL) {

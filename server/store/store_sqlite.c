@@ -199,11 +199,13 @@ struct sqlite {
     struct rows rows;
     sqlite3 *db;
     sqlite3_stmt *statements[STATEMENT_COUNT];
+    int cause;      /* errno of the last step; SQLite does not keep it */
     int lock_fd;    /* the writer's; -1: none */
     int wal_frames; /* after the last commit */
 };
 
-static struct sqlite *sqlite_of(struct rows *rows)
+static struct sqlite *
+sqlite_of(struct rows *rows)
 {
     return (struct sqlite *)rows;
 }
@@ -211,18 +213,19 @@ static struct sqlite *sqlite_of(struct rows *rows)
 /* --- errors --- */
 
 /* No room: the file system's, the quota's or the process's limit. */
-static bool is_full(struct sqlite *s, int rc)
+static bool
+is_full(struct sqlite *s, int rc)
 {
     if ((rc & 0xff) == SQLITE_FULL)
         return true;
-    int cause = sqlite3_system_errno(s->db);
+    int cause = s->cause;
     return (rc == SQLITE_IOERR_WRITE || rc == SQLITE_IOERR_SHMSIZE ||
             rc == SQLITE_IOERR_TRUNCATE) &&
            (cause == ENOSPC || cause == EDQUOT || cause == EFBIG);
 }
 
-static bool failed(struct sqlite *s, int rc, const char *doing,
-                   struct error *err)
+static bool
+failed(struct sqlite *s, int rc, const char *doing, struct error *err)
 {
     enum error_code code = is_full(s, rc)                ? ERROR_STORAGE_FULL
                            : (rc & 0xff) == SQLITE_NOMEM ? ERROR_MEMORY
@@ -233,15 +236,26 @@ static bool failed(struct sqlite *s, int rc, const char *doing,
 
 /* --- statements --- */
 
-static sqlite3_stmt *statement(struct rows *rows, enum statement which)
+static sqlite3_stmt *
+statement(struct rows *rows, enum statement which)
 {
     return sqlite_of(rows)->statements[which];
 }
 
-/* Run to the end; for statements without rows of interest. */
-static int run(sqlite3_stmt *stmt)
+static int
+step(struct rows *rows, sqlite3_stmt *stmt)
 {
+    errno = 0;
     int rc = sqlite3_step(stmt);
+    sqlite_of(rows)->cause = errno;
+    return rc;
+}
+
+/* Run to the end; for statements without rows of interest. */
+static int
+run(struct rows *rows, sqlite3_stmt *stmt)
+{
+    int rc = step(rows, stmt);
     int reset = sqlite3_reset(stmt);
     sqlite3_clear_bindings(stmt);
     return rc == SQLITE_DONE || rc == SQLITE_ROW ? SQLITE_OK
@@ -249,13 +263,15 @@ static int run(sqlite3_stmt *stmt)
                                                  : rc;
 }
 
-static int bind_text(sqlite3_stmt *stmt, int i, const char *text)
+static int
+bind_text(sqlite3_stmt *stmt, int i, const char *text)
 {
     return sqlite3_bind_text(stmt, i, text, -1, SQLITE_STATIC);
 }
 
-static int bind_column(sqlite3_stmt *stmt, int i, const struct column *column,
-                       const struct row *row)
+static int
+bind_column(sqlite3_stmt *stmt, int i, const struct column *column,
+            const struct row *row)
 {
     const char *at = (const char *)row + column->offset;
     uint32_t number = 0;
@@ -280,8 +296,9 @@ static int bind_column(sqlite3_stmt *stmt, int i, const struct column *column,
     return SQLITE_MISUSE;
 }
 
-static void read_column(sqlite3_stmt *stmt, int i, const struct column *column,
-                        struct row *row)
+static void
+read_column(sqlite3_stmt *stmt, int i, const struct column *column,
+            struct row *row)
 {
     char *at = (char *)row + column->offset;
     const char *text;
@@ -315,7 +332,8 @@ static void read_column(sqlite3_stmt *stmt, int i, const struct column *column,
 }
 
 /* The row under a statement that selects ALL_COLUMNS. */
-static void read_row(sqlite3_stmt *stmt, struct row *row)
+static void
+read_row(sqlite3_stmt *stmt, struct row *row)
 {
     memset(row, 0, sizeof *row);
     row->seq = sqlite3_column_int64(stmt, 0);
@@ -325,10 +343,11 @@ static void read_row(sqlite3_stmt *stmt, struct row *row)
 }
 
 /* Step a bound statement that selects one row, read it, reset. */
-static bool read_one(struct rows *rows, sqlite3_stmt *stmt, struct row *row,
-                     const char *missing, struct error *err)
+static bool
+read_one(struct rows *rows, sqlite3_stmt *stmt, struct row *row,
+         const char *missing, struct error *err)
 {
-    int rc = sqlite3_step(stmt);
+    int rc = step(rows, stmt);
     if (rc == SQLITE_ROW)
         read_row(stmt, row);
     int reset = sqlite3_reset(stmt);
@@ -343,19 +362,21 @@ static bool read_one(struct rows *rows, sqlite3_stmt *stmt, struct row *row,
 /* --- the writer's calls --- */
 
 /* Only another program that opened the file can make this wait. */
-static bool sqlite_begin(struct rows *rows, struct error *err)
+static bool
+sqlite_begin(struct rows *rows, struct error *err)
 {
     int rc;
-    while (((rc = run(statement(rows, BEGIN))) & 0xff) == SQLITE_BUSY)
+    while (((rc = run(rows, statement(rows, BEGIN))) & 0xff) == SQLITE_BUSY)
         log_write(LOG_WARN, "store",
                   "another program writes to the database, waiting for it");
     return rc == SQLITE_OK ||
            failed(sqlite_of(rows), rc, "begin a transaction", err);
 }
 
-static bool sqlite_commit(struct rows *rows, struct error *err)
+static bool
+sqlite_commit(struct rows *rows, struct error *err)
 {
-    int rc = run(statement(rows, COMMIT));
+    int rc = run(rows, statement(rows, COMMIT));
     if (rc == SQLITE_OK)
         return true;
     failed(sqlite_of(rows), rc, "commit", err);
@@ -365,16 +386,18 @@ static bool sqlite_commit(struct rows *rows, struct error *err)
     return false;
 }
 
-static void sqlite_rollback(struct rows *rows)
+static void
+sqlite_rollback(struct rows *rows)
 {
     /* Some errors have rolled back already. */
     if (!sqlite3_get_autocommit(sqlite_of(rows)->db))
-        run(statement(rows, ROLLBACK));
+        run(rows, statement(rows, ROLLBACK));
 }
 
 /* The writer checkpoints itself, and not by wal_autocheckpoint, so that a
  * failed fsync is seen. */
-static bool sqlite_upkeep(struct rows *rows, struct error *err)
+static bool
+sqlite_upkeep(struct rows *rows, struct error *err)
 {
     struct sqlite *s = sqlite_of(rows);
     if (s->wal_frames < CHECKPOINT_FRAMES)
@@ -383,14 +406,16 @@ static bool sqlite_upkeep(struct rows *rows, struct error *err)
                    ? SQLITE_CHECKPOINT_PASSIVE
                    : SQLITE_CHECKPOINT_RESTART;
     s->wal_frames = 0;
+    errno = 0;
     int rc = sqlite3_wal_checkpoint_v2(s->db, NULL, mode, NULL, NULL);
+    s->cause = errno;
     if (rc == SQLITE_OK || (rc & 0xff) == SQLITE_BUSY || is_full(s, rc))
         return true;
     return failed(s, rc, "copy its log into the file", err);
 }
 
-static int note_wal_frames(void *user, sqlite3 *db, const char *name,
-                           int frames)
+static int
+note_wal_frames(void *user, sqlite3 *db, const char *name, int frames)
 {
     (void)db;
     (void)name;
@@ -398,15 +423,16 @@ static int note_wal_frames(void *user, sqlite3 *db, const char *name,
     return SQLITE_OK;
 }
 
-static bool sqlite_insert(struct rows *rows, struct row *row, const char *scene,
-                          size_t scene_len, struct error *err)
+static bool
+sqlite_insert(struct rows *rows, struct row *row, const char *scene,
+              size_t scene_len, struct error *err)
 {
     struct sqlite *s = sqlite_of(rows);
     sqlite3_stmt *stmt = statement(rows, INSERT_JOB);
     int rc = SQLITE_OK;
     for (int i = 0; i < COLUMN_COUNT && rc == SQLITE_OK; i++)
         rc = bind_column(stmt, i + 1, &columns[i], row);
-    int ran = run(stmt);
+    int ran = run(rows, stmt);
     if (rc == SQLITE_OK)
         rc = ran;
     if (rc == SQLITE_CONSTRAINT_UNIQUE)
@@ -418,33 +444,34 @@ static bool sqlite_insert(struct rows *rows, struct row *row, const char *scene,
         sqlite3_bind_int64(stmt, 1, row->seq);
         sqlite3_bind_blob64(stmt, 2, scene_len > 0 ? scene : "", scene_len,
                             SQLITE_STATIC);
-        rc = run(stmt);
+        rc = run(rows, stmt);
     }
     return rc == SQLITE_OK || failed(s, rc, "keep a job", err);
 }
 
-static bool sqlite_update(struct rows *rows, const struct row *row,
-                          struct error *err)
+static bool
+sqlite_update(struct rows *rows, const struct row *row, struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, UPDATE_JOB);
     for (int i = 0; i < CHANGING_COUNT; i++)
         bind_column(stmt, i + 1, &columns[FIXED_COUNT + i], row);
     sqlite3_bind_int64(stmt, CHANGING_COUNT + 1, row->seq);
-    int rc = run(stmt);
+    int rc = run(rows, stmt);
     return rc == SQLITE_OK || failed(sqlite_of(rows), rc, "change a job", err);
 }
 
-static bool sqlite_remove(struct rows *rows, const struct row *row,
-                          struct error *err)
+static bool
+sqlite_remove(struct rows *rows, const struct row *row, struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, DELETE_JOB);
     sqlite3_bind_int64(stmt, 1, row->seq);
-    int rc = run(stmt);
+    int rc = run(rows, stmt);
     return rc == SQLITE_OK || failed(sqlite_of(rows), rc, "delete a job", err);
 }
 
-static bool sqlite_first(struct rows *rows, double max_seconds, struct row *row,
-                         struct error *err)
+static bool
+sqlite_first(struct rows *rows, double max_seconds, struct row *row,
+             struct error *err)
 {
     enum statement which = max_seconds <= 0                    ? FIRST
                            : max_seconds <= RANK_SHORT_SECONDS ? FIRST_SHORT
@@ -455,14 +482,14 @@ static bool sqlite_first(struct rows *rows, double max_seconds, struct row *row,
     return read_one(rows, stmt, row, "no job fits", err);
 }
 
-static bool sqlite_turn(struct rows *rows, const char *owner,
-                        enum job_priority priority, int64_t *clock,
-                        int64_t *owner_end, struct error *err)
+static bool
+sqlite_turn(struct rows *rows, const char *owner, enum job_priority priority,
+            int64_t *clock, int64_t *owner_end, struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, TURN);
     bind_text(stmt, 1, owner);
     sqlite3_bind_int(stmt, 2, (int)priority);
-    int rc = sqlite3_step(stmt);
+    int rc = step(rows, stmt);
     if (rc == SQLITE_ROW) {
         *clock = sqlite3_column_int64(stmt, 0);
         *owner_end = sqlite3_column_int64(stmt, 1); /* NULL reads as 0 */
@@ -473,34 +500,37 @@ static bool sqlite_turn(struct rows *rows, const char *owner,
            failed(sqlite_of(rows), rc, "read whose turn it is", err);
 }
 
-static bool sqlite_set_turn(struct rows *rows, const char *owner,
-                            enum job_priority priority, int64_t owner_end,
-                            struct error *err)
+static bool
+sqlite_set_turn(struct rows *rows, const char *owner,
+                enum job_priority priority, int64_t owner_end,
+                struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, SET_TURN);
     bind_text(stmt, 1, owner);
     sqlite3_bind_int(stmt, 2, (int)priority);
     sqlite3_bind_int64(stmt, 3, owner_end);
-    int rc = run(stmt);
+    int rc = run(rows, stmt);
     return rc == SQLITE_OK ||
            failed(sqlite_of(rows), rc, "note whose turn it is", err);
 }
 
-static bool sqlite_set_clock(struct rows *rows, enum job_priority priority,
-                             int64_t clock, struct error *err)
+static bool
+sqlite_set_clock(struct rows *rows, enum job_priority priority, int64_t clock,
+                 struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, SET_CLOCK);
     sqlite3_bind_int(stmt, 1, (int)priority);
     sqlite3_bind_int64(stmt, 2, clock);
-    int rc = run(stmt);
+    int rc = run(rows, stmt);
     return rc == SQLITE_OK ||
            failed(sqlite_of(rows), rc, "note whose turn it is", err);
 }
 
 /* --- calls of both --- */
 
-static bool sqlite_get(struct rows *rows, const char *id, struct row *row,
-                       struct error *err)
+static bool
+sqlite_get(struct rows *rows, const char *id, struct row *row,
+           struct error *err)
 {
     char missing[128];
     snprintf(missing, sizeof missing, "there is no job %.64s", id);
@@ -509,12 +539,13 @@ static bool sqlite_get(struct rows *rows, const char *id, struct row *row,
     return read_one(rows, stmt, row, missing, err);
 }
 
-static bool sqlite_scene(struct rows *rows, const char *id, struct bytes *scene,
-                         struct error *err)
+static bool
+sqlite_scene(struct rows *rows, const char *id, struct bytes *scene,
+             struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, SCENE);
     bind_text(stmt, 1, id);
-    int rc = sqlite3_step(stmt);
+    int rc = step(rows, stmt);
     if (rc == SQLITE_ROW) {
         const void *text = sqlite3_column_blob(stmt, 0);
         bytes_append(scene, text, (size_t)sqlite3_column_bytes(stmt, 0));
@@ -529,8 +560,9 @@ static bool sqlite_scene(struct rows *rows, const char *id, struct bytes *scene,
            error_set(err, ERROR_MEMORY, "no memory for a scene");
 }
 
-static bool sqlite_find(struct rows *rows, const char *render_key,
-                        const char *owner, struct row *row, struct error *err)
+static bool
+sqlite_find(struct rows *rows, const char *render_key, const char *owner,
+            struct row *row, struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, FIND);
     bind_text(stmt, 1, render_key);
@@ -539,8 +571,9 @@ static bool sqlite_find(struct rows *rows, const char *render_key,
     return read_one(rows, stmt, row, "no job has rendered that yet", err);
 }
 
-static int sqlite_list(struct rows *rows, const struct store_filter *filter,
-                       struct job *jobs, struct error *err)
+static int
+sqlite_list(struct rows *rows, const struct store_filter *filter,
+            struct job *jobs, struct error *err)
 {
     sqlite3_stmt *stmt =
         statement(rows, filter->owner != NULL ? LIST_ONE : LIST_ALL);
@@ -553,7 +586,7 @@ static int sqlite_list(struct rows *rows, const struct store_filter *filter,
     bind_text(stmt, 4, filter->tag != NULL ? filter->tag : "");
     sqlite3_bind_int64(stmt, 5, filter->states != 0 ? filter->states : ~0u);
     sqlite3_bind_int64(stmt, 6, filter->limit);
-    while ((rc = sqlite3_step(stmt)) == SQLITE_ROW &&
+    while ((rc = step(rows, stmt)) == SQLITE_ROW &&
            count < (int)filter->limit) {
         read_row(stmt, &row);
         jobs[count++] = row.job;
@@ -566,13 +599,14 @@ static int sqlite_list(struct rows *rows, const struct store_filter *filter,
     return -1;
 }
 
-static bool sqlite_count(struct rows *rows, uint64_t jobs[JOB_STATE_COUNT],
-                         struct error *err)
+static bool
+sqlite_count(struct rows *rows, uint64_t jobs[JOB_STATE_COUNT],
+             struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, COUNT_STATES);
     int rc;
     memset(jobs, 0, JOB_STATE_COUNT * sizeof *jobs);
-    while ((rc = sqlite3_step(stmt)) == SQLITE_ROW) {
+    while ((rc = step(rows, stmt)) == SQLITE_ROW) {
         int64_t state = sqlite3_column_int64(stmt, 0);
         if (state >= 0 && state < JOB_STATE_COUNT)
             jobs[state] = (uint64_t)sqlite3_column_int64(stmt, 1);
@@ -583,10 +617,11 @@ static bool sqlite_count(struct rows *rows, uint64_t jobs[JOB_STATE_COUNT],
 }
 
 /* Step a bound statement that selects one number. */
-static bool read_number(struct rows *rows, sqlite3_stmt *stmt, uint64_t *number,
-                        struct error *err)
+static bool
+read_number(struct rows *rows, sqlite3_stmt *stmt, uint64_t *number,
+            struct error *err)
 {
-    int rc = sqlite3_step(stmt);
+    int rc = step(rows, stmt);
     if (rc == SQLITE_ROW)
         *number = (uint64_t)sqlite3_column_int64(stmt, 0);
     int reset = sqlite3_reset(stmt);
@@ -595,8 +630,9 @@ static bool read_number(struct rows *rows, sqlite3_stmt *stmt, uint64_t *number,
            failed(sqlite_of(rows), reset, "count jobs", err);
 }
 
-static bool sqlite_position(struct rows *rows, const struct row *row,
-                            uint64_t *position, struct error *err)
+static bool
+sqlite_position(struct rows *rows, const struct row *row, uint64_t *position,
+                struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, POSITION);
     sqlite3_bind_int(stmt, 1, (int)row->job.priority);
@@ -605,15 +641,17 @@ static bool sqlite_position(struct rows *rows, const struct row *row,
     return read_number(rows, stmt, position, err);
 }
 
-static bool sqlite_blob_users(struct rows *rows, const char *sha256,
-                              uint64_t *users, struct error *err)
+static bool
+sqlite_blob_users(struct rows *rows, const char *sha256, uint64_t *users,
+                  struct error *err)
 {
     sqlite3_stmt *stmt = statement(rows, BLOB_USERS);
     bind_text(stmt, 1, sha256);
     return read_number(rows, stmt, users, err);
 }
 
-static void sqlite_close(struct rows *rows)
+static void
+sqlite_close(struct rows *rows)
 {
     struct sqlite *s = sqlite_of(rows);
     for (int i = 0; i < STATEMENT_COUNT; i++)
@@ -659,7 +697,8 @@ static const struct {
 };
 
 /* File locks and shared memory do not hold across machines. */
-static bool check_file_system(const char *path, int fd, struct error *err)
+static bool
+check_file_system(const char *path, int fd, struct error *err)
 {
     struct statfs fs;
     if (fstatfs(fd, &fs) != 0)
@@ -678,7 +717,8 @@ static bool check_file_system(const char *path, int fd, struct error *err)
 }
 
 /* path.lock, held as long as the store is open. */
-static bool lock_file(struct sqlite *s, const char *path, struct error *err)
+static bool
+lock_file(struct sqlite *s, const char *path, struct error *err)
 {
     char lock[PATH_MAX];
     int len = snprintf(lock, sizeof lock, "%s.lock", path);
@@ -699,7 +739,8 @@ static bool lock_file(struct sqlite *s, const char *path, struct error *err)
 }
 
 /* Make the file, readable by its owner only, and its name durable. */
-static bool make_file(const char *path, struct error *err)
+static bool
+make_file(const char *path, struct error *err)
 {
     int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (fd < 0)
@@ -717,7 +758,8 @@ static bool make_file(const char *path, struct error *err)
     return ok || error_errno(err, ERROR_IO, cause, "cannot sync %s", folder);
 }
 
-static int number_of(sqlite3 *db, const char *query, int *number)
+static int
+number_of(sqlite3 *db, const char *query, int *number)
 {
     sqlite3_stmt *stmt = NULL;
     int rc = sqlite3_prepare_v2(db, query, -1, &stmt, NULL);
@@ -730,7 +772,8 @@ static int number_of(sqlite3 *db, const char *query, int *number)
 }
 
 /* Forward to the newest schema, one transaction per step. */
-static bool upgrade(struct sqlite *s, const char *path, struct error *err)
+static bool
+upgrade(struct sqlite *s, const char *path, struct error *err)
 {
     int version = 0;
     int rc = number_of(s->db, "PRAGMA user_version", &version);
@@ -754,7 +797,8 @@ static bool upgrade(struct sqlite *s, const char *path, struct error *err)
 }
 
 /* The leases of an earlier life are void. Nobody's fault: attempts stay. */
-static bool void_leases(struct sqlite *s, struct error *err)
+static bool
+void_leases(struct sqlite *s, struct error *err)
 {
     static const char *const steps[] = {
         "UPDATE jobs SET state=4, phase=0, cancel_requested=0,"
@@ -773,7 +817,7 @@ static bool void_leases(struct sqlite *s, struct error *err)
             sqlite3_bind_int(stmt, 1, REVISION_LEAP);
             if (i == 0)
                 sqlite3_bind_int64(stmt, 2, clock_wall_ms());
-            rc = run(stmt);
+            rc = run(&s->rows, stmt);
         }
         sqlite3_finalize(stmt);
         if (rc != SQLITE_OK)
@@ -785,7 +829,8 @@ static bool void_leases(struct sqlite *s, struct error *err)
     return true;
 }
 
-static bool prepare(struct sqlite *s, struct error *err)
+static bool
+prepare(struct sqlite *s, struct error *err)
 {
     for (int i = 0; i < STATEMENT_COUNT; i++) {
         int rc =
@@ -801,7 +846,8 @@ static bool prepare(struct sqlite *s, struct error *err)
 }
 
 /* A connection with its pragmas; its statements come later. */
-static struct sqlite *connect_to(const char *path, int flags, struct error *err)
+static struct sqlite *
+connect_to(const char *path, int flags, struct error *err)
 {
     struct sqlite *s = calloc(1, sizeof *s);
     if (s == NULL) {
@@ -826,7 +872,8 @@ static struct sqlite *connect_to(const char *path, int flags, struct error *err)
     return s;
 }
 
-static bool set_up_writer(struct sqlite *s, const char *path, struct error *err)
+static bool
+set_up_writer(struct sqlite *s, const char *path, struct error *err)
 {
     int rc = sqlite3_exec(s->db, "PRAGMA journal_mode=WAL", NULL, NULL, NULL);
     if (rc != SQLITE_OK)
@@ -835,7 +882,8 @@ static bool set_up_writer(struct sqlite *s, const char *path, struct error *err)
     return upgrade(s, path, err) && void_leases(s, err) && prepare(s, err);
 }
 
-static struct sqlite *open_writer(const char *path, struct error *err)
+static struct sqlite *
+open_writer(const char *path, struct error *err)
 {
     /* The lock first: nothing is touched that another daemon uses. */
     struct sqlite lock = {.lock_fd = -1};
@@ -854,8 +902,8 @@ static struct sqlite *open_writer(const char *path, struct error *err)
     return s;
 }
 
-struct store *store_open_sqlite(const struct store_options *options,
-                                struct error *err)
+struct store *
+store_open_sqlite(const struct store_options *options, struct error *err)
 {
     struct sqlite *writer = open_writer(options->path, err);
     if (writer == NULL)

@@ -13,10 +13,13 @@
 
 #include <cmocka.h>
 
+#include "core/base/log.h"
+
 const char *const backend_names[BACKEND_COUNT] = {"memory", "sqlite"};
 
 /* cmocka's asserts are for the test's own thread; this one is for any. */
-static void need(bool ok, const char *what)
+static void
+need(bool ok, const char *what)
 {
     if (ok)
         return;
@@ -24,7 +27,8 @@ static void need(bool ok, const char *what)
     abort();
 }
 
-void make_folder(char *path, size_t size)
+void
+make_folder(char *path, size_t size)
 {
     const char *build = getenv("GLINT_BUILD");
     snprintf(path, size, "%s/store-test-XXXXXX",
@@ -32,7 +36,8 @@ void make_folder(char *path, size_t size)
     need(mkdtemp(path) != NULL, "cannot make a temporary folder");
 }
 
-void remove_folder(const char *path)
+void
+remove_folder(const char *path)
 {
     DIR *folder = opendir(path);
     if (folder == NULL)
@@ -50,7 +55,8 @@ void remove_folder(const char *path)
     rmdir(path);
 }
 
-static void open_store(struct harness *h)
+static void
+open_store(struct harness *h)
 {
     struct error err = {0};
     h->options.path = h->path;
@@ -60,10 +66,12 @@ static void open_store(struct harness *h)
     need(h->store != NULL, err.text);
 }
 
-void harness_open_with(struct harness *h, enum backend backend,
-                       store_change_fn on_change, void *user)
+void
+harness_open_with(struct harness *h, enum backend backend,
+                  store_change_fn on_change, void *user)
 {
     memset(h, 0, sizeof *h);
+    log_setup(LOG_WARN, LOG_AUTO);
     h->backend = backend;
     h->options.on_change = on_change;
     h->options.user = user;
@@ -72,12 +80,14 @@ void harness_open_with(struct harness *h, enum backend backend,
     open_store(h);
 }
 
-void harness_open(struct harness *h, enum backend backend)
+void
+harness_open(struct harness *h, enum backend backend)
 {
     harness_open_with(h, backend, NULL, NULL);
 }
 
-void harness_reopen(struct harness *h)
+void
+harness_reopen(struct harness *h)
 {
     if (h->backend == BACKEND_MEMORY)
         return;
@@ -85,14 +95,15 @@ void harness_reopen(struct harness *h)
     open_store(h);
 }
 
-void harness_close(struct harness *h)
+void
+harness_close(struct harness *h)
 {
     store_close(h->store);
     remove_folder(h->folder);
 }
 
-struct job new_job(const char *owner, enum job_priority priority,
-                   double seconds)
+struct job
+new_job(const char *owner, enum job_priority priority, double seconds)
 {
     struct job job = {0};
     ulid_id("job", job.id);
@@ -107,8 +118,8 @@ struct job new_job(const char *owner, enum job_priority priority,
 
 /* --- waiting --- */
 
-static void wait_until(pthread_cond_t *wake, pthread_mutex_t *lock,
-                       const bool *done)
+static void
+wait_until(pthread_cond_t *wake, pthread_mutex_t *lock, const bool *done)
 {
     struct timespec deadline;
     clock_gettime(CLOCK_REALTIME, &deadline);
@@ -118,28 +129,32 @@ static void wait_until(pthread_cond_t *wake, pthread_mutex_t *lock,
              "no answer in 30 s");
 }
 
-void waiter_init(struct waiter *w)
+void
+waiter_init(struct waiter *w)
 {
     memset(w, 0, sizeof *w);
     pthread_mutex_init(&w->lock, NULL);
     pthread_cond_init(&w->wake, NULL);
 }
 
-void waiter_wait(struct waiter *w)
+void
+waiter_wait(struct waiter *w)
 {
     pthread_mutex_lock(&w->lock);
     wait_until(&w->wake, &w->lock, &w->done);
     pthread_mutex_unlock(&w->lock);
 }
 
-void waiter_clear(struct waiter *w)
+void
+waiter_clear(struct waiter *w)
 {
     lease_free(w->lease);
     pthread_mutex_destroy(&w->lock);
     pthread_cond_destroy(&w->wake);
 }
 
-void waiter_done(void *user, const struct job *job, const struct error *err)
+void
+waiter_done(void *user, const struct job *job, const struct error *err)
 {
     struct waiter *w = user;
     pthread_mutex_lock(&w->lock);
@@ -152,21 +167,24 @@ void waiter_done(void *user, const struct job *job, const struct error *err)
     pthread_mutex_unlock(&w->lock);
 }
 
-void waiter_lease(void *user, struct lease *lease, const struct error *err)
+void
+waiter_lease(void *user, struct lease *lease, const struct error *err)
 {
     struct waiter *w = user;
     w->lease = lease;
     waiter_done(user, lease != NULL ? &lease->job : NULL, err);
 }
 
-void gate_init(struct gate *g)
+void
+gate_init(struct gate *g)
 {
     memset(g, 0, sizeof *g);
     pthread_mutex_init(&g->lock, NULL);
     pthread_cond_init(&g->wake, NULL);
 }
 
-void gate_hold(void *user, const struct job *job, const struct error *err)
+void
+gate_hold(void *user, const struct job *job, const struct error *err)
 {
     struct gate *g = user;
     (void)job;
@@ -178,14 +196,16 @@ void gate_hold(void *user, const struct job *job, const struct error *err)
     pthread_mutex_unlock(&g->lock);
 }
 
-void gate_wait_reached(struct gate *g)
+void
+gate_wait_reached(struct gate *g)
 {
     pthread_mutex_lock(&g->lock);
     wait_until(&g->wake, &g->lock, &g->reached);
     pthread_mutex_unlock(&g->lock);
 }
 
-void gate_open(struct gate *g)
+void
+gate_open(struct gate *g)
 {
     pthread_mutex_lock(&g->lock);
     g->open = true;
@@ -195,8 +215,8 @@ void gate_open(struct gate *g)
 
 /* --- calls that wait --- */
 
-static enum error_code finish_wait(struct waiter *w, bool queued,
-                                   struct job *out)
+static enum error_code
+finish_wait(struct waiter *w, bool queued, struct job *out)
 {
     need(queued, "a write was not queued");
     waiter_wait(w);
@@ -207,8 +227,9 @@ static enum error_code finish_wait(struct waiter *w, bool queued,
     return code;
 }
 
-enum error_code do_submit(struct harness *h, const struct job *job,
-                          const char *scene, struct job *out)
+enum error_code
+do_submit(struct harness *h, const struct job *job, const char *scene,
+          struct job *out)
 {
     struct waiter w;
     waiter_init(&w);
@@ -217,7 +238,8 @@ enum error_code do_submit(struct harness *h, const struct job *job,
     return finish_wait(&w, ok, out);
 }
 
-struct lease *do_lease(struct harness *h, double max_seconds)
+struct lease *
+do_lease(struct harness *h, double max_seconds)
 {
     struct waiter w;
     waiter_init(&w);
@@ -231,8 +253,9 @@ struct lease *do_lease(struct harness *h, double max_seconds)
     return lease;
 }
 
-enum error_code do_finish(struct harness *h, const char *id, uint32_t epoch,
-                          const char *result, struct job *out)
+enum error_code
+do_finish(struct harness *h, const char *id, uint32_t epoch, const char *result,
+          struct job *out)
 {
     struct waiter w;
     struct job_stats stats = {.rays_camera = 7, .trace_ms = 1.5};
@@ -242,8 +265,9 @@ enum error_code do_finish(struct harness *h, const char *id, uint32_t epoch,
     return finish_wait(&w, ok, out);
 }
 
-enum error_code do_fail(struct harness *h, const char *id, uint32_t epoch,
-                        enum store_failure failure, struct job *out)
+enum error_code
+do_fail(struct harness *h, const char *id, uint32_t epoch,
+        enum store_failure failure, struct job *out)
 {
     struct waiter w;
     waiter_init(&w);
@@ -252,7 +276,8 @@ enum error_code do_fail(struct harness *h, const char *id, uint32_t epoch,
     return finish_wait(&w, ok, out);
 }
 
-enum error_code do_cancel(struct harness *h, const char *id, struct job *out)
+enum error_code
+do_cancel(struct harness *h, const char *id, struct job *out)
 {
     struct waiter w;
     waiter_init(&w);
@@ -260,7 +285,8 @@ enum error_code do_cancel(struct harness *h, const char *id, struct job *out)
     return finish_wait(&w, ok, out);
 }
 
-enum error_code do_delete(struct harness *h, const char *id, struct job *out)
+enum error_code
+do_delete(struct harness *h, const char *id, struct job *out)
 {
     struct waiter w;
     waiter_init(&w);
@@ -268,21 +294,28 @@ enum error_code do_delete(struct harness *h, const char *id, struct job *out)
     return finish_wait(&w, ok, out);
 }
 
-void do_heartbeat(struct harness *h, const char *id, uint32_t epoch,
-                  enum job_phase phase, double progress, uint64_t rays)
+void
+do_heartbeat(struct harness *h, const char *id, uint32_t epoch,
+             enum job_phase phase, double progress, uint64_t rays)
 {
     need(store_heartbeat(h->store, id, epoch, phase, progress, rays, NULL),
          "a heartbeat was not queued");
     do_settle(h);
 }
 
-void do_settle(struct harness *h)
+void
+do_settle(struct harness *h)
 {
     /* A write of nothing: the queue is first in, first out. */
-    do_cancel(h, "job_nobody", NULL);
+    struct waiter w;
+    waiter_init(&w);
+    while (!store_cancel(h->store, "job_nobody", waiter_done, &w, NULL))
+        usleep(200);
+    finish_wait(&w, true, NULL);
 }
 
-struct job get(struct harness *h, const char *id)
+struct job
+get(struct harness *h, const char *id)
 {
     struct job job;
     struct error err = {0};
@@ -290,7 +323,8 @@ struct job get(struct harness *h, const char *id)
     return job;
 }
 
-bool exists(struct harness *h, const char *id)
+bool
+exists(struct harness *h, const char *id)
 {
     struct job job;
     struct error err = {0};
@@ -299,7 +333,8 @@ bool exists(struct harness *h, const char *id)
     return found;
 }
 
-struct store_counts counts(struct harness *h)
+struct store_counts
+counts(struct harness *h)
 {
     struct store_counts c;
     struct error err = {0};

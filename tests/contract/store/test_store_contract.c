@@ -17,14 +17,16 @@ static struct harness h;
 static const char blob[] =
     "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
 
-static int set_up(void **state)
+static int
+set_up(void **state)
 {
     (void)state;
     harness_open(&h, backend);
     return 0;
 }
 
-static int tear_down(void **state)
+static int
+tear_down(void **state)
 {
     (void)state;
     harness_close(&h);
@@ -32,7 +34,8 @@ static int tear_down(void **state)
 }
 
 /* A job submitted and leased. */
-static struct job leased(const char *owner)
+static struct job
+leased(const char *owner)
 {
     struct job job = new_job(owner, PRIORITY_NORMAL, 1);
     assert_int_equal(do_submit(&h, &job, "{}", NULL), ERROR_NONE);
@@ -43,8 +46,8 @@ static struct job leased(const char *owner)
     return job;
 }
 
-static struct job finished(const char *owner, const char *render_key,
-                           bool no_cache)
+static struct job
+finished(const char *owner, const char *render_key, bool no_cache)
 {
     struct job job = new_job(owner, PRIORITY_NORMAL, 1);
     snprintf(job.render_key, sizeof job.render_key, "%s", render_key);
@@ -61,7 +64,8 @@ static struct job finished(const char *owner, const char *render_key,
 
 /* --- lifecycle --- */
 
-static void a_job_is_kept_whole(void **state)
+static void
+a_job_is_kept_whole(void **state)
 {
     (void)state;
     struct job job = new_job("key_a", PRIORITY_LOW, 12.5), kept;
@@ -100,7 +104,8 @@ static void a_job_is_kept_whole(void **state)
     bytes_clear(&scene);
 }
 
-static void a_scene_of_one_mebibyte_comes_back(void **state)
+static void
+a_scene_of_one_mebibyte_comes_back(void **state)
 {
     (void)state;
     size_t len = 1 << 20;
@@ -117,7 +122,8 @@ static void a_scene_of_one_mebibyte_comes_back(void **state)
     free(text);
 }
 
-static void an_empty_scene_is_a_scene(void **state)
+static void
+an_empty_scene_is_a_scene(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1);
@@ -128,7 +134,8 @@ static void an_empty_scene_is_a_scene(void **state)
     bytes_clear(&scene);
 }
 
-static void submit_lease_heartbeat_finish(void **state)
+static void
+submit_lease_heartbeat_finish(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1), out;
@@ -165,7 +172,8 @@ static void submit_lease_heartbeat_finish(void **state)
     lease_free(lease);
 }
 
-static void an_id_is_taken_once(void **state)
+static void
+an_id_is_taken_once(void **state)
 {
     (void)state;
     struct job job = new_job("first", PRIORITY_NORMAL, 1), other;
@@ -177,7 +185,8 @@ static void an_id_is_taken_once(void **state)
     assert_int_equal(counts(&h).jobs[JOB_QUEUED], 1);
 }
 
-static void nobody_has_these_ids(void **state)
+static void
+nobody_has_these_ids(void **state)
 {
     (void)state;
     char huge[4096];
@@ -213,7 +222,8 @@ static void nobody_has_these_ids(void **state)
 
 /* --- epoch, attempt --- */
 
-static void an_old_epoch_changes_nothing(void **state)
+static void
+an_old_epoch_changes_nothing(void **state)
 {
     (void)state;
     struct job job = leased("");
@@ -240,7 +250,8 @@ static void an_old_epoch_changes_nothing(void **state)
     assert_int_equal(get(&h, job.id).state, JOB_SUCCEEDED);
 }
 
-static void a_queued_job_has_no_lease(void **state)
+static void
+a_queued_job_has_no_lease(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1);
@@ -252,7 +263,8 @@ static void a_queued_job_has_no_lease(void **state)
     assert_int_equal(get(&h, job.id).revision, 1);
 }
 
-static void attempts_are_used_up_by_crashes(void **state)
+static void
+attempts_are_used_up_by_crashes(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1), out;
@@ -278,7 +290,8 @@ static void attempts_are_used_up_by_crashes(void **state)
     assert_null(do_lease(&h, 0));
 }
 
-static void a_release_costs_no_attempt(void **state)
+static void
+a_release_costs_no_attempt(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1), out;
@@ -300,7 +313,8 @@ static void a_release_costs_no_attempt(void **state)
     }
 }
 
-static void a_final_failure_is_final(void **state)
+static void
+a_final_failure_is_final(void **state)
 {
     (void)state;
     struct job job = leased(""), out;
@@ -312,7 +326,8 @@ static void a_final_failure_is_final(void **state)
 
 /* --- cancel --- */
 
-static void canceling_a_queued_job_is_immediate(void **state)
+static void
+canceling_a_queued_job_is_immediate(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1), out;
@@ -326,7 +341,8 @@ static void canceling_a_queued_job_is_immediate(void **state)
     assert_null(do_lease(&h, 0));
 }
 
-static void canceling_a_running_job_is_a_wish(void **state)
+static void
+canceling_a_running_job_is_a_wish(void **state)
 {
     (void)state;
     struct job job = leased(""), out;
@@ -344,7 +360,8 @@ static void canceling_a_running_job_is_a_wish(void **state)
     assert_true(out.finished_ms > 0);
 }
 
-static void a_wish_to_cancel_outlives_any_failure(void **state)
+static void
+a_wish_to_cancel_outlives_any_failure(void **state)
 {
     (void)state;
     static const enum store_failure failures[] = {
@@ -358,7 +375,8 @@ static void a_wish_to_cancel_outlives_any_failure(void **state)
     }
 }
 
-static void a_result_that_beats_the_wish_counts(void **state)
+static void
+a_result_that_beats_the_wish_counts(void **state)
 {
     (void)state;
     struct job job = leased("");
@@ -371,7 +389,8 @@ static void a_result_that_beats_the_wish_counts(void **state)
 
 /* --- delete --- */
 
-static void only_what_is_over_is_deleted(void **state)
+static void
+only_what_is_over_is_deleted(void **state)
 {
     (void)state;
     struct job job = new_job("", PRIORITY_NORMAL, 1), out;
@@ -401,7 +420,8 @@ static void only_what_is_over_is_deleted(void **state)
 
 /* --- order --- */
 
-static void expect_order(const char *const *owners, size_t count)
+static void
+expect_order(const char *const *owners, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         struct lease *lease = do_lease(&h, 0);
@@ -411,14 +431,15 @@ static void expect_order(const char *const *owners, size_t count)
     }
 }
 
-static void submit_one(const char *owner, enum job_priority priority,
-                       double seconds)
+static void
+submit_one(const char *owner, enum job_priority priority, double seconds)
 {
     struct job job = new_job(owner, priority, seconds);
     assert_int_equal(do_submit(&h, &job, "{}", NULL), ERROR_NONE);
 }
 
-static void priorities_come_first(void **state)
+static void
+priorities_come_first(void **state)
 {
     (void)state;
     submit_one("low", PRIORITY_LOW, 1);
@@ -428,7 +449,8 @@ static void priorities_come_first(void **state)
     expect_order(order, 3);
 }
 
-static void one_owner_is_served_in_order(void **state)
+static void
+one_owner_is_served_in_order(void **state)
 {
     (void)state;
     char ids[50][ID_SIZE];
@@ -444,7 +466,8 @@ static void one_owner_is_served_in_order(void **state)
     }
 }
 
-static void a_thousand_jobs_do_not_starve_one(void **state)
+static void
+a_thousand_jobs_do_not_starve_one(void **state)
 {
     (void)state;
     for (int i = 0; i < 1000; i++)
@@ -462,7 +485,8 @@ static void a_thousand_jobs_do_not_starve_one(void **state)
     expect_order(order, 3);
 }
 
-static void who_always_has_one_job_does_not_starve_the_rest(void **state)
+static void
+who_always_has_one_job_does_not_starve_the_rest(void **state)
 {
     (void)state;
     for (int i = 0; i < 20; i++)
@@ -480,7 +504,8 @@ static void who_always_has_one_job_does_not_starve_the_rest(void **state)
     assert_in_range(many, 9, 11);
 }
 
-static void shares_are_of_work_not_of_jobs(void **state)
+static void
+shares_are_of_work_not_of_jobs(void **state)
 {
     (void)state;
     for (int i = 0; i < 10; i++)
@@ -496,7 +521,8 @@ static void shares_are_of_work_not_of_jobs(void **state)
     assert_in_range(large, 4, 5);
 }
 
-static void a_job_queued_again_goes_first(void **state)
+static void
+a_job_queued_again_goes_first(void **state)
 {
     (void)state;
     struct job job = leased("a");
@@ -508,7 +534,8 @@ static void a_job_queued_again_goes_first(void **state)
     lease_free(lease);
 }
 
-static void the_short_lane_takes_short_work_and_drafts(void **state)
+static void
+the_short_lane_takes_short_work_and_drafts(void **state)
 {
     (void)state;
     submit_one("long", PRIORITY_NORMAL, 600);
@@ -539,7 +566,8 @@ static void the_short_lane_takes_short_work_and_drafts(void **state)
     lease_free(lease);
 }
 
-static void positions_count_who_waits_before(void **state)
+static void
+positions_count_who_waits_before(void **state)
 {
     (void)state;
     struct job jobs[10];
@@ -562,7 +590,8 @@ static void positions_count_who_waits_before(void **state)
 
 /* --- find --- */
 
-static void results_are_found_by_their_owner(void **state)
+static void
+results_are_found_by_their_owner(void **state)
 {
     (void)state;
     struct job a1 = finished("a", "key1", false), found;
@@ -589,7 +618,8 @@ static void results_are_found_by_their_owner(void **state)
     assert_string_equal(found.id, a1.id);
 }
 
-static void private_results_are_not_found(void **state)
+static void
+private_results_are_not_found(void **state)
 {
     (void)state;
     struct job found;
@@ -602,7 +632,8 @@ static void private_results_are_not_found(void **state)
     assert_false(store_find(h.store, "key3", "a", &found, NULL));
 }
 
-static void blob_users_are_counted(void **state)
+static void
+blob_users_are_counted(void **state)
 {
     (void)state;
     uint64_t users = 9;
@@ -622,7 +653,8 @@ static void blob_users_are_counted(void **state)
 
 /* --- list --- */
 
-static int list(const struct store_filter *filter, struct job *jobs)
+static int
+list(const struct store_filter *filter, struct job *jobs)
 {
     struct error err = {0};
     int count = store_list(h.store, filter, jobs, &err);
@@ -632,7 +664,8 @@ static int list(const struct store_filter *filter, struct job *jobs)
     return count;
 }
 
-static void lists_are_filtered_and_paged(void **state)
+static void
+lists_are_filtered_and_paged(void **state)
 {
     (void)state;
     enum { N = 30 };
@@ -694,7 +727,8 @@ static void lists_are_filtered_and_paged(void **state)
     free(jobs);
 }
 
-static void lists_show_progress(void **state)
+static void
+lists_show_progress(void **state)
 {
     (void)state;
     struct job job = leased("a"), listed;
@@ -709,7 +743,8 @@ static void lists_show_progress(void **state)
 
 /* --- heartbeats, revisions, on_change --- */
 
-static void progress_never_goes_back(void **state)
+static void
+progress_never_goes_back(void **state)
 {
     (void)state;
     struct job job = leased("");
@@ -741,7 +776,8 @@ struct watch {
     bool backwards;
 };
 
-static void watch_change(void *user, const struct job *job, bool deleted)
+static void
+watch_change(void *user, const struct job *job, bool deleted)
 {
     struct watch *watch = user;
     pthread_mutex_lock(&watch->lock);
@@ -754,7 +790,8 @@ static void watch_change(void *user, const struct job *job, bool deleted)
     pthread_mutex_unlock(&watch->lock);
 }
 
-static void watchers_see_every_commit_once(void **state)
+static void
+watchers_see_every_commit_once(void **state)
 {
     (void)state;
     struct watch watch = {.lock = PTHREAD_MUTEX_INITIALIZER};
@@ -779,7 +816,8 @@ static void watchers_see_every_commit_once(void **state)
 }
 
 /* While the writer is held, writes pile up and then share one commit. */
-static void writes_of_one_batch_see_each_other(void **state)
+static void
+writes_of_one_batch_see_each_other(void **state)
 {
     (void)state;
     struct watch watch = {.lock = PTHREAD_MUTEX_INITIALIZER};
@@ -835,15 +873,16 @@ static void writes_of_one_batch_see_each_other(void **state)
 
 /* --- bounds --- */
 
-static void count_done(void *user, const struct job *job,
-                       const struct error *err)
+static void
+count_done(void *user, const struct job *job, const struct error *err)
 {
     (void)job;
     if (err->code == ERROR_NONE)
         atomic_fetch_add((atomic_uint *)user, 1);
 }
 
-static void the_queue_is_bounded(void **state)
+static void
+the_queue_is_bounded(void **state)
 {
     (void)state;
     struct gate gate;
@@ -877,7 +916,8 @@ static void the_queue_is_bounded(void **state)
     assert_int_equal(counts(&h).pending_writes, 0);
 }
 
-static void waiting_scenes_are_bounded_in_bytes(void **state)
+static void
+waiting_scenes_are_bounded_in_bytes(void **state)
 {
     (void)state;
     struct gate gate;
@@ -909,7 +949,8 @@ struct race {
     unsigned char wins[RACERS * RACE_JOBS];
 };
 
-static void *race_submit(void *arg)
+static void *
+race_submit(void *arg)
 {
     struct race *race = arg;
     for (int i = 0; i < RACE_JOBS; i++) {
@@ -922,7 +963,8 @@ static void *race_submit(void *arg)
     return NULL;
 }
 
-static void *race_lease(void *arg)
+static void *
+race_lease(void *arg)
 {
     struct race *race = arg;
     while (atomic_load(&race->over) < RACERS * RACE_JOBS) {
@@ -944,7 +986,8 @@ static void *race_lease(void *arg)
     return NULL;
 }
 
-static void each_job_has_one_winner(void **state)
+static void
+each_job_has_one_winner(void **state)
 {
     (void)state;
     static struct race race;
@@ -968,7 +1011,8 @@ struct reader {
     bool backwards;
 };
 
-static void *read_revisions(void *arg)
+static void *
+read_revisions(void *arg)
 {
     struct reader *reader = arg;
     uint32_t last = 0;
@@ -985,7 +1029,8 @@ static void *read_revisions(void *arg)
     return NULL;
 }
 
-static void a_reader_never_sees_a_revision_go_back(void **state)
+static void
+a_reader_never_sees_a_revision_go_back(void **state)
 {
     (void)state;
     struct job job = leased("");
@@ -1008,7 +1053,8 @@ static void a_reader_never_sees_a_revision_go_back(void **state)
     assert_int_equal(get(&h, job.id).revision, 2 + 300 + 1 + 1);
 }
 
-static void closing_commits_what_waits(void **state)
+static void
+closing_commits_what_waits(void **state)
 {
     (void)state;
     atomic_uint done = 0;
@@ -1029,7 +1075,8 @@ static void closing_commits_what_waits(void **state)
     assert_int_equal(atomic_load(&done), 700);
 }
 
-static void it_says_what_it_is(void **state)
+static void
+it_says_what_it_is(void **state)
 {
     (void)state;
     const char *text = store_describe(h.store);
@@ -1084,7 +1131,8 @@ static const struct CMUnitTest tests[] = {
     T(it_says_what_it_is),
 };
 
-int main(void)
+int
+main(void)
 {
     int failures = 0;
     for (int i = 0; i < BACKEND_COUNT; i++) {
