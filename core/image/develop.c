@@ -203,11 +203,12 @@ static bool image_shape(const struct film *film, const struct output *output,
         for (unsigned c = 0; c < layer_channels(layer); c++)
             channel_name(layer, c, image->names[image->channel_count++]);
     }
-    size_t pixels;
+    size_t size;
     if (__builtin_mul_overflow((size_t)film->width, (size_t)film->height,
-                               &pixels) ||
-        (image->data = reallocarray(
-             NULL, pixels, image->channel_count * sizeof(float))) == NULL)
+                               &size) ||
+        __builtin_mul_overflow(size, image->channel_count * sizeof(float),
+                               &size) ||
+        (image->data = malloc(size)) == NULL)
         return error_set(err, ERROR_MEMORY,
                          "no memory for an image of %u x %u pixels",
                          film->width, film->height);
