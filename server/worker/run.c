@@ -153,6 +153,7 @@ static bool trace(struct render *render, const struct message *ask,
         .threads_now = &render->turn->threads,
         .on_progress = on_progress,
         .user = render,
+        .memory_max = geometry_memory_max(),
     };
     struct render_stats stats = {0};
     if (!render_run(&render->scene, &options, &render->film, &stats, err))
