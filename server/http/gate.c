@@ -208,12 +208,11 @@ static bool read_coding(struct gate *gate)
     return true;
 }
 
-/* A header line is over: does it frame the message? */
+/* A header line is over: does it frame the message? White space behind the
+ * value, which the standard allows, is refused here: the library keeps it and
+ * then takes `chunked ` for a body that ends with the connection. */
 static bool end_header(struct gate *gate)
 {
-    while (gate->value_len > 0 && (gate->value[gate->value_len - 1] == ' ' ||
-                                   gate->value[gate->value_len - 1] == '\t'))
-        gate->value_len--;
     if (gate->trailer)
         return true;
     if (name_is(gate, "host"))

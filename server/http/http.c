@@ -15,6 +15,7 @@
 #include <sys/eventfd.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/base/clock.h"
@@ -64,6 +65,7 @@ struct conn {
     struct reply *early; /* decided before the body was read */
     uint64_t limit;      /* of the body */
     size_t capacity;     /* of request.body */
+    bool busy;           /* the request is whole and has not been answered */
     bool admitted, answered, head_only;
 
     /* guarded by http->lock */
@@ -250,7 +252,7 @@ static void request_end(struct conn *conn, bool gone)
     conn->request = (struct request){0};
     conn->early = NULL;
     conn->capacity = 0;
-    conn->admitted = conn->answered = false;
+    conn->admitted = conn->answered = conn->busy = false;
 }
 
 /* --- answers that bypass the library --- */
@@ -344,7 +346,12 @@ static void answer_late(struct conn *conn)
  * and serve nobody. */
 static ssize_t tap(struct conn *conn, void *data, size_t len, int flags)
 {
-    /* All that preceded the malformed request is answered. */
+    /* After a park the library reads once although it has a request to serve.
+     * Its bytes, or what the gate has to say, come behind the answer. */
+    if (conn->busy) {
+        errno = EAGAIN;
+        return -1;
+    }
     if (conn->doomed) {
         answer_gate(conn);
         return 0;
@@ -410,9 +417,17 @@ static struct MHD_Response *file_response(struct conn *conn,
             kind = range_read(request_header(&conn->request, "Range"),
                               reply->fd_len, &first, &last);
     }
-    uint64_t len = reply->fd_len;
+    /* The library would spin on a file that ends too early. */
+    struct stat about;
+    if (fstat(reply->fd, &about) != 0 || about.st_size < 0 ||
+        (uint64_t)about.st_size < reply->fd_len) {
+        log_write(LOG_ERROR, "http", "a file is shorter than its reply says");
+        return NULL;
+    }
+    uint64_t offset = 0, len = reply->fd_len;
     if (kind == RANGE_PART) {
         reply->status = 206;
+        offset = first;
         len = last - first + 1;
         reply_header(&conn->request, reply, "Content-Range",
                      "bytes %llu-%llu/%llu", (unsigned long long)first,
@@ -434,7 +449,7 @@ static struct MHD_Response *file_response(struct conn *conn,
                                                MHD_RESPMEM_PERSISTENT);
     }
     struct MHD_Response *response =
-        MHD_create_response_from_fd_at_offset64(len, reply->fd, first);
+        MHD_create_response_from_fd_at_offset64(len, reply->fd, offset);
     if (response != NULL)
         reply->fd = 0;
     return response;
@@ -647,6 +662,7 @@ static enum MHD_Result take_turn(struct conn *conn)
     struct http *http = conn->http;
     struct request *request = &conn->request;
     stop_timing(conn);
+    conn->busy = true;
     pthread_mutex_lock(&http->lock);
     bool leave = conn->gone || http->stopping;
     request->timed_out = conn->timed_out;

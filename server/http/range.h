@@ -13,6 +13,7 @@ enum range_kind {
     RANGE_NONE   /* 416: it lies behind the end */
 };
 
+/* `first` and `last` mean something for RANGE_PART only. */
 enum range_kind range_read(const char *text, uint64_t size, uint64_t *first,
                            uint64_t *last);
 
