@@ -9,12 +9,12 @@
 struct scene_cost {
     double rays;
     double seconds;      /* at rays_per_second */
-    double memory_bytes; /* film, layers, meshes, a worker's base */
+    double memory_bytes; /* film, layers, meshes; beyond a worker's base */
 };
 
 /* rays_per_second <= 0 means the build-in start value. */
-struct scene_cost
-scene_cost(const struct scene *scene, const struct output *output,
-           double rays_per_second);
+struct scene_cost scene_cost(const struct scene *scene,
+                             const struct output *output,
+                             double rays_per_second);
 
 #endif
