@@ -1,6 +1,7 @@
 /* glint render SCENE -o FILE */
+#include <errno.h>
+#include <limits.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -34,28 +35,20 @@ static int usage(const struct run *run, const char *text)
     return STATUS_USAGE;
 }
 
-/* Find out before the render, not after it, that the picture cannot be
- * written. */
-static bool path_check(const char *path, struct error *err)
+/* The folder that the picture goes to must be there and writable. */
+static bool folder_check(const char *path, struct error *err)
 {
     struct stat st;
-    if (strcmp(path, "-") == 0) {
-        if (isatty(STDOUT_FILENO))
-            return error_set(err, ERROR_USAGE,
-                             "-o - would print a picture on the terminal; "
-                             "redirect it: > out.png");
-        return true;
-    }
-    if (stat(path, &st) == 0 && S_ISDIR(st.st_mode))
-        return error_set(err, ERROR_IO, "cannot write %.200s: it is a folder",
-                         path);
-    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
-        return true; /* a device or a pipe is written in place */
     const char *slash = strrchr(path, '/');
     char folder[4096];
     size_t len = slash == NULL ? 0 : slash == path ? 1 : (size_t)(slash - path);
-    if (len >= sizeof folder)
-        return error_set(err, ERROR_IO, "the path %.64s... is too long", path);
+    /* bytes_write_file makes a neighbour with 7 more characters first. */
+    const char *name = slash == NULL ? path : slash + 1;
+    if (len >= sizeof folder || strlen(name) + 7 > NAME_MAX)
+        return error_set(err, ERROR_IO,
+                         "cannot write %.64s...: the name is "
+                         "too long",
+                         path);
     memcpy(folder, path, len);
     folder[len] = '\0';
     const char *where = len > 0 ? folder : ".";
@@ -73,6 +66,29 @@ static bool path_check(const char *path, struct error *err)
                          "writable",
                          path, where);
     return true;
+}
+
+/* Find out before the render, not after it, that the picture cannot be
+ * written. */
+static bool path_check(const char *path, struct error *err)
+{
+    struct stat st;
+    if (strcmp(path, "-") == 0) {
+        if (isatty(STDOUT_FILENO))
+            return error_set(err, ERROR_USAGE,
+                             "-o - would print a picture on the terminal; "
+                             "redirect it: > out.png");
+        return true;
+    }
+    bool exists = stat(path, &st) == 0;
+    if (!exists && errno != ENOENT && errno != ENOTDIR)
+        return error_errno(err, ERROR_IO, errno, "cannot write %.200s", path);
+    if (exists && S_ISDIR(st.st_mode))
+        return error_set(err, ERROR_IO, "cannot write %.200s: it is a folder",
+                         path);
+    if (exists && !S_ISREG(st.st_mode))
+        return true; /* a device or a pipe is written in place */
+    return folder_check(path, err);
 }
 
 static bool open_document(struct run *run, struct error *err)

@@ -59,11 +59,11 @@ static void expand_example(struct document *document)
     if (example == NULL) {
         const char *near = example_near(name->string);
         const char *hint =
-            near ? arena_printf(&document->arena, "Did you mean '%s'?", near)
-                 : "'glint examples' lists them";
+            near ? arena_printf(&document->arena, "did you mean `%s`?", near)
+                 : "`glint examples` lists them";
         error_list_add(&document->errors, ERROR_REFERENCE_UNKNOWN,
                        "/scene/$example", name->line, name->column, hint, NULL,
-                       "there is no example '%.80s'", name->string);
+                       "there is no example `%.80s`", name->string);
         document->root = NULL;
         return;
     }
@@ -166,12 +166,12 @@ static void unknown_member(struct document *document, const struct json *node)
         names[i] = job_members[i].name;
     const char *near = json_did_you_mean(node->key, names, JOB_MEMBER_COUNT);
     const char *hint =
-        near ? arena_printf(&document->arena, "Did you mean '%s'?", near)
+        near ? arena_printf(&document->arena, "did you mean `%s`?", near)
              : "beside scene, a job has output, priority, tags and "
                "max_attempts; all else belongs into the scene";
     error_list_add(&document->errors, ERROR_PROPERTY_UNKNOWN,
                    json_pointer(node, &document->arena), node->key_line,
-                   node->key_column, hint, NULL, "unknown property '%.80s'",
+                   node->key_column, hint, NULL, "unknown property `%.80s`",
                    node->key);
 }
 
@@ -184,7 +184,7 @@ static void check_member(struct document *document, const struct json *node)
             error_list_add(&document->errors, ERROR_PROPERTY_NOT_YET,
                            json_pointer(node, &document->arena), node->key_line,
                            node->key_column, NULL, NULL,
-                           "this version has no '%s' yet", node->key);
+                           "this version has no `%s` yet", node->key);
         return;
     }
     unknown_member(document, node);

@@ -240,7 +240,9 @@ static void put_excerpt(struct bytes *out, const struct channel *to,
     size_t caret = finding->column - 1; /* may stand just behind the end */
     if (caret > total)
         return;
-    size_t first = caret > EXCERPT_MAX - 30 ? caret - (EXCERPT_MAX - 30) : 0;
+    size_t first = 0;
+    if (total > EXCERPT_MAX && caret > EXCERPT_MAX - 30)
+        first = caret - (EXCERPT_MAX - 30);
     size_t last = total - first > EXCERPT_MAX ? first + EXCERPT_MAX : total;
     size_t from = character_offset(line, line_len, first);
     size_t stop = character_offset(line, line_len, last);

@@ -11,9 +11,9 @@ TABLE = EXAMPLES / "course-table-fresnel.json"
 SMALLEST = EXAMPLES / "smallest.json"
 
 # Long enough to be interrupted: minutes of work on any machine.
-ENDLESS = ["--set", '/sampler={"type": "sobol", "spp": 4096}']
+ENDLESS = ["--set", '/sampler={"type": "sobol", "spp": 2048}']
 # About a second or a few: long enough to be watched.
-LONGER = ["--set", '/sampler={"type": "sobol", "spp": 48}']
+LONGER = ["--set", '/sampler={"type": "sobol", "spp": 32}']
 SMALL = ["--set", "/film/width=48", "--set", "/film/height=32"]
 
 

@@ -146,7 +146,7 @@ def test_set_makes_missing_members(tmp_path):
     ("/film/width", 2, ["lacks a value"]),
     ("/film/~=1", 2, ["is no JSON pointer"]),
     ("/flim/width=1", 3, ["--set /flim/width=1: error: unknown property",
-                          "did you mean 'film'"]),
+                          "did you mean `film`"]),
     ("/film/width=-1", 3, ["--set /film/width=-1: error: /film/width must be",
                            "got -1", "[number.too_small]"]),
     ("/film/width=wide", 3, ["/film/width must be", '"wide"',
@@ -220,6 +220,7 @@ def test_files_that_cannot_be_read_or_written(tmp_path):
         ([TABLE, "-o", "none/a.png"], "there is no folder none"),
         ([TABLE, "-o", "folder.png"], "it is a folder"),
         ([TABLE, "-o", "x" * 5000 + ".png"], "cannot write"),
+        ([TABLE, "-o", "x" * 248 + ".png"], "cannot write"),
     ]
     if os.getuid() != 0:
         cases.append(([TABLE, "-o", "closed/a.png"], "is not writable"))

@@ -55,7 +55,7 @@ static void a_job_may_name_an_example(void **state)
     assert_false(document_check(&d));
     assert_int_equal(d.errors.count, 1);
     assert_int_equal(d.errors.items[0].code, ERROR_REFERENCE_UNKNOWN);
-    assert_string_equal(d.errors.items[0].hint, "Did you mean 'smallest'?");
+    assert_string_equal(d.errors.items[0].hint, "did you mean `smallest`?");
     document_clear(&d);
 }
 
