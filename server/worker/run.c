@@ -142,6 +142,17 @@ static unsigned crew_size(unsigned asked)
     return size < CREW_MAX ? size : CREW_MAX;
 }
 
+/* A quarter of the addresses we may use for geometry, and as much again for
+ * what is built of it: the rest is for film, image and libraries. 0, no limit,
+ * without one. */
+static size_t geometry_memory_max(void)
+{
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return 0;
+    return (size_t)limit.rlim_cur / 4;
+}
+
 /* scene -> film. */
 static bool trace(struct render *render, const struct message *ask,
                   struct error *err)
