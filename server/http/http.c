@@ -69,6 +69,7 @@ struct conn {
     bool admitted, answered, head_only;
 
     /* guarded by http->lock */
+    uint64_t ticket; /* of the request; 0: none */
     enum place place;
     struct conn *prev, *next;
     int64_t deadline_us;
@@ -157,7 +158,7 @@ static struct conn *find_ticket(struct http *http, uint64_t ticket)
     uint32_t slot = (uint32_t)(ticket & ((1u << SLOT_BITS) - 1));
     struct conn *conn =
         ticket != 0 && slot < http->slot_count ? http->slots[slot] : NULL;
-    return conn != NULL && conn->request.ticket == ticket ? conn : NULL;
+    return conn != NULL && conn->ticket == ticket ? conn : NULL;
 }
 
 static void unpark(struct conn *conn)
@@ -217,7 +218,8 @@ static void request_begin(struct conn *conn, const char *method,
     };
     ulid_id("req", conn->request.id);
     pthread_mutex_lock(&http->lock);
-    conn->request.ticket = ++http->serial << SLOT_BITS | conn->slot;
+    conn->ticket = ++http->serial << SLOT_BITS | conn->slot;
+    conn->request.ticket = conn->ticket;
     conn->woken = conn->gone = conn->timed_out = false;
     pthread_mutex_unlock(&http->lock);
 }
@@ -235,10 +237,9 @@ static void request_end(struct conn *conn, bool gone)
     struct http *http = conn->http;
     pthread_mutex_lock(&http->lock);
     list_remove(conn);
-    uint64_t ticket = conn->request.ticket;
-    conn->request.ticket = 0;
+    conn->ticket = 0;
     pthread_mutex_unlock(&http->lock);
-    if (ticket == 0)
+    if (conn->request.ticket == 0)
         return;
     conn->timed = false;
     if (conn->admitted)
@@ -881,7 +882,7 @@ static void look_for_hangups(struct http *http)
             continue; /* its reading side is shut by ourselves */
         http->look_fds[n] =
             (struct pollfd){.fd = conn->fd, .events = POLLRDHUP};
-        http->look_tickets[n++] = conn->request.ticket;
+        http->look_tickets[n++] = conn->ticket;
     }
     pthread_mutex_unlock(&http->lock);
 

@@ -3,15 +3,28 @@
  * One loop thread (libmicrohttpd's internal poll thread, never epoll: it stalls
  * at exactly 128 ready sockets) reads requests, calls the handler and sends
  * replies. The handler must not block: it answers, or parks the request and is
- * called again when http_wake names its ticket or the deadline comes.
+ * called again when http_wake names its ticket or the deadline comes. A second
+ * thread, the watchman, keeps the deadlines and looks for peers that hung up,
+ * which the library does not; it calls no handler.
+ *
+ * Every byte received passes the header gate (gate.h) before the library sees
+ * it: http.c takes the place of recv() for the sockets of its loop, and serves
+ * no request whose head the gate did not see. HEAD comes to the handler as GET
+ * and is answered without a body. A 200 with a file honours Range.
  *
  * Refused here, before the handler, with problem+json from `refuse`: a request
  * with Content-Length and Transfer-Encoding, with two Content-Lengths, HTTP/1.1
  * without exactly one Host, bare LF, NUL or control bytes in headers
- * (400 request-malformed, then close); an unknown transfer coding (501); a
- * compressed body (415); a body over the handler's limit (413 with the limit,
- * then close). Headers and body must be whole within 30 s. A parked client that
- * hangs up is noticed within 2 s. */
+ * (400 request-malformed, then close), likewise a request line, an escape in the
+ * target or a chunk that is not as RFC 9112 writes it; an unknown transfer
+ * coding (501); a compressed body (415); a body over the handler's limit (413
+ * with the limit, then close); bodies in flight over the budget (503). Headers
+ * and body must be whole within 30 s (else 400 and close; without a byte, only
+ * close). A parked client that hangs up is noticed within 2 s; one that only
+ * ends its sending cannot be told from it and counts as gone.
+ *
+ * A request without a known method and path (malformed, late) comes to
+ * `refuse` with both empty, and to no other call. */
 #ifndef SERVER_HTTP_HTTP_H
 #define SERVER_HTTP_HTTP_H
 
