@@ -382,8 +382,7 @@ static ssize_t tap(struct conn *conn, void *data, size_t len, int flags)
     return (ssize_t)whole;
 }
 
-__attribute__((visibility("default"), used)) ssize_t recv(int fd, void *data,
-                                                          size_t len, int flags)
+ssize_t recv(int fd, void *data, size_t len, int flags)
 {
     struct conn *conn = NULL;
     if (loop != NULL && fd >= 0 && (size_t)fd < loop->by_fd_count)
