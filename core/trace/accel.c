@@ -70,8 +70,8 @@ struct packet_context {
 /* The packets' fields, which Embree lays out as arrays of n. */
 enum { RAY_O = 0, RAY_D = 4, RAY_FAR = 8, RAY_ID = 10 };
 
-static void packet_lanes(const int *valid, float *ray, unsigned n,
-                         struct lanes *lanes)
+static void
+packet_lanes(const int *valid, float *ray, unsigned n, struct lanes *lanes)
 {
     for (unsigned k = 0; k < 3; k++) {
         lanes->o[k] = ray + (RAY_O + k) * n;
@@ -84,7 +84,8 @@ static void packet_lanes(const int *valid, float *ray, unsigned n,
 
 /* Embree hands rays over lane by lane as they were sent, or single ones of
  * them: then id says which lane they were. */
-static void user_intersect(const struct RTCIntersectFunctionNArguments *args)
+static void
+user_intersect(const struct RTCIntersectFunctionNArguments *args)
 {
     struct packet_context *packet = (struct packet_context *)args->context;
     const struct shape_set *set = args->geometryUserPtr;
@@ -116,7 +117,8 @@ static void user_intersect(const struct RTCIntersectFunctionNArguments *args)
         }
 }
 
-static void user_occluded(const struct RTCOccludedFunctionNArguments *args)
+static void
+user_occluded(const struct RTCOccludedFunctionNArguments *args)
 {
     const struct packet_context *packet =
         (const struct packet_context *)args->context;
@@ -129,7 +131,8 @@ static void user_occluded(const struct RTCOccludedFunctionNArguments *args)
     shape_table[set->kind]->any(set, args->primID, 1, &lanes, args->N);
 }
 
-static void user_bounds(const struct RTCBoundsFunctionArguments *args)
+static void
+user_bounds(const struct RTCBoundsFunctionArguments *args)
 {
     const struct shape_set *set = args->geometryUserPtr;
     float lo[3], hi[3];
@@ -144,7 +147,8 @@ static void user_bounds(const struct RTCBoundsFunctionArguments *args)
 
 /* Embree found a triangle no farther than what it knows. Equal distances are
  * decided here: the lower object, then the lower triangle. */
-static void mesh_filter(const struct RTCFilterFunctionNArguments *args)
+static void
+mesh_filter(const struct RTCFilterFunctionNArguments *args)
 {
     struct packet_context *packet = (struct packet_context *)args->context;
     const struct mesh_geometry *mesh = args->geometryUserPtr;
@@ -256,9 +260,9 @@ DEFINE_PACKET(4)
 DEFINE_PACKET(8)
 DEFINE_PACKET(16)
 
-static void single_intersect(const struct accel *accel,
-                             const struct tracing *how, const struct rays *rays,
-                             uint32_t i, struct hits *hits)
+static void
+single_intersect(const struct accel *accel, const struct tracing *how,
+                 const struct rays *rays, uint32_t i, struct hits *hits)
 {
     struct packet_context packet;
     struct RTCRayHit query;
@@ -287,9 +291,9 @@ static void single_intersect(const struct accel *accel,
     hits->primitive[i] = packet.primitive[0];
 }
 
-static void single_occluded(const struct accel *accel,
-                            const struct tracing *how, struct rays *rays,
-                            uint32_t i)
+static void
+single_occluded(const struct accel *accel, const struct tracing *how,
+                struct rays *rays, uint32_t i)
 {
     struct packet_context packet;
     struct RTCRay query;
@@ -314,7 +318,8 @@ static void single_occluded(const struct accel *accel,
 /* A ray that may be traced: finite and of a size Embree can compute with. The
  * comparison is false for NaN. This is the one place that keeps such rays from
  * Embree, which aborts on them. */
-static inline bool lane_sound(const struct rays *rays, uint32_t i)
+static inline bool
+lane_sound(const struct rays *rays, uint32_t i)
 {
     float sum = 0.0f;
     for (int k = 0; k < 3; k++) {
@@ -324,8 +329,9 @@ static inline bool lane_sound(const struct rays *rays, uint32_t i)
     return sum < 1e18f;
 }
 
-void accel_intersect(const struct accel *accel, enum ray_kind kind,
-                     const struct rays *rays, struct hits *hits)
+void
+accel_intersect(const struct accel *accel, enum ray_kind kind,
+                const struct rays *rays, struct hits *hits)
 {
     const struct tracing *how = &accel->tracing[kind];
     uint32_t n = lanes_up(rays->count);
@@ -363,7 +369,8 @@ void accel_intersect(const struct accel *accel, enum ray_kind kind,
             hits->object[i] == OBJECT_NONE ? __builtin_inff() : hits->t[i];
 }
 
-void accel_occluded(const struct accel *accel, struct rays *rays)
+void
+accel_occluded(const struct accel *accel, struct rays *rays)
 {
     const struct tracing *how = &accel->tracing[RAYS_SHADOW];
     uint32_t n = lanes_up(rays->count);
@@ -397,7 +404,8 @@ void accel_occluded(const struct accel *accel, struct rays *rays)
 
 /* ---- Building ---- */
 
-static bool on_memory(void *user, ssize_t bytes, bool post)
+static bool
+on_memory(void *user, ssize_t bytes, bool post)
 {
     struct accel *accel = user;
     (void)post;
@@ -409,7 +417,8 @@ static bool on_memory(void *user, ssize_t bytes, bool post)
     return true;
 }
 
-static bool on_build(void *user, double share)
+static bool
+on_build(void *user, double share)
 {
     struct accel *accel = user;
     (void)share;
@@ -418,7 +427,8 @@ static bool on_build(void *user, double share)
     return !atomic_load(&accel->stopped);
 }
 
-static void set_attach(struct accel *accel, struct shape_set *set)
+static void
+set_attach(struct accel *accel, struct shape_set *set)
 {
     RTCGeometry g = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
     unsigned mask = 0;
@@ -435,8 +445,8 @@ static void set_attach(struct accel *accel, struct shape_set *set)
     rtcReleaseGeometry(g);
 }
 
-static void mesh_attach(struct accel *accel, struct mesh_geometry *mesh,
-                        unsigned visible)
+static void
+mesh_attach(struct accel *accel, struct mesh_geometry *mesh, unsigned visible)
 {
     RTCGeometry g = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -453,8 +463,9 @@ static void mesh_attach(struct accel *accel, struct mesh_geometry *mesh,
     rtcReleaseGeometry(g);
 }
 
-static bool embree_build(struct accel *accel, const struct scene *scene,
-                         const struct accel_options *options, struct error *err)
+static bool
+embree_build(struct accel *accel, const struct scene *scene,
+             const struct accel_options *options, struct error *err)
 {
     char config[64];
     struct geometry *g = &accel->geometry;
@@ -491,9 +502,9 @@ static bool embree_build(struct accel *accel, const struct scene *scene,
     return true;
 }
 
-struct accel *accel_build(const struct scene *scene,
-                          const struct accel_options *options,
-                          struct error *err)
+struct accel *
+accel_build(const struct scene *scene, const struct accel_options *options,
+            struct error *err)
 {
     struct accel *accel = calloc(1, sizeof *accel);
     if (accel == NULL) {
@@ -525,7 +536,8 @@ fail:
     return NULL;
 }
 
-void accel_free(struct accel *accel)
+void
+accel_free(struct accel *accel)
 {
     if (accel == NULL)
         return;
@@ -537,7 +549,8 @@ void accel_free(struct accel *accel)
     free(accel);
 }
 
-const struct geometry *accel_geometry(const struct accel *accel)
+const struct geometry *
+accel_geometry(const struct accel *accel)
 {
     return &accel->geometry;
 }

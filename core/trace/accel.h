@@ -39,28 +39,34 @@ struct accel_options {
 };
 
 /* ERROR_MEMORY, ERROR_CANCELED, ERROR_INTERNAL (Embree's own sentence). */
-struct accel *accel_build(const struct scene *scene,
-                          const struct accel_options *options,
-                          struct error *err);
-void accel_free(struct accel *accel);
+struct accel *
+accel_build(const struct scene *scene, const struct accel_options *options,
+            struct error *err);
+void
+accel_free(struct accel *accel);
 
-const struct geometry *accel_geometry(const struct accel *accel);
+const struct geometry *
+accel_geometry(const struct accel *accel);
 
 /* Nearest hits of all rays; rays->far is not read. A ray that is not finite
  * (or beyond 1e18) hits nothing. */
-void accel_intersect(const struct accel *accel, enum ray_kind kind,
-                     const struct rays *rays, struct hits *hits);
+void
+accel_intersect(const struct accel *accel, enum ray_kind kind,
+                const struct rays *rays, struct hits *hits);
 
 /* Is anything that casts shadows nearer than far? Such rays get a negative
  * far; a ray that is not finite is not blocked. */
-void accel_occluded(const struct accel *accel, struct rays *rays);
+void
+accel_occluded(const struct accel *accel, struct rays *rays);
 
 /* accel_small.c: every primitive of `kinds` (a mask of 1 << enum shape_kind)
  * with a bit of `visible`, against count lanes from `first` on. */
-void accel_small_nearest(const struct geometry *geometry, uint32_t kinds,
-                         unsigned visible, const struct rays *rays,
-                         struct hits *hits);
-void accel_small_any(const struct geometry *geometry, uint32_t kinds,
-                     unsigned visible, struct rays *rays);
+void
+accel_small_nearest(const struct geometry *geometry, uint32_t kinds,
+                    unsigned visible, const struct rays *rays,
+                    struct hits *hits);
+void
+accel_small_any(const struct geometry *geometry, uint32_t kinds,
+                unsigned visible, struct rays *rays);
 
 #endif

@@ -7,8 +7,9 @@ struct strip {
     _Alignas(64) float inv_d[3][STRIP_MAX];
 };
 
-static void strip_lanes(const struct rays *rays, uint32_t first, uint32_t n,
-                        bool inverted, struct strip *strip, struct lanes *lanes)
+static void
+strip_lanes(const struct rays *rays, uint32_t first, uint32_t n, bool inverted,
+            struct strip *strip, struct lanes *lanes)
 {
     for (int k = 0; k < 3; k++) {
         lanes->o[k] = rays->o[k] + first;
@@ -28,10 +29,11 @@ static void strip_lanes(const struct rays *rays, uint32_t first, uint32_t n,
 }
 
 /* Calls fn for runs of primitives that are visible. */
-static void set_run(const struct shape_set *set, unsigned visible,
-                    void (*fn)(const struct shape_set *, uint32_t, uint32_t,
-                               const struct lanes *, uint32_t),
-                    const struct lanes *lanes, uint32_t n)
+static void
+set_run(const struct shape_set *set, unsigned visible,
+        void (*fn)(const struct shape_set *, uint32_t, uint32_t,
+                   const struct lanes *, uint32_t),
+        const struct lanes *lanes, uint32_t n)
 {
     for (uint32_t k = 0; k < set->count;) {
         uint32_t end = k;
@@ -43,9 +45,10 @@ static void set_run(const struct shape_set *set, unsigned visible,
     }
 }
 
-void accel_small_nearest(const struct geometry *geometry, uint32_t kinds,
-                         unsigned visible, const struct rays *rays,
-                         struct hits *hits)
+void
+accel_small_nearest(const struct geometry *geometry, uint32_t kinds,
+                    unsigned visible, const struct rays *rays,
+                    struct hits *hits)
 {
     struct strip strip;
     struct lanes lanes;
@@ -64,8 +67,9 @@ void accel_small_nearest(const struct geometry *geometry, uint32_t kinds,
     }
 }
 
-void accel_small_any(const struct geometry *geometry, uint32_t kinds,
-                     unsigned visible, struct rays *rays)
+void
+accel_small_any(const struct geometry *geometry, uint32_t kinds,
+                unsigned visible, struct rays *rays)
 {
     struct strip strip;
     struct lanes lanes;

@@ -2,7 +2,8 @@
 
 #include "core/scene/vec.h"
 
-void camera_prepare(const struct scene *scene, struct camera *camera)
+void
+camera_prepare(const struct scene *scene, struct camera *camera)
 {
     const struct scene_camera *c = &scene->camera;
     double wide = (c->right - c->left) / (double)scene->width;
@@ -19,9 +20,9 @@ void camera_prepare(const struct scene *scene, struct camera *camera)
     }
 }
 
-void camera_rays(const struct camera *camera, uint32_t n,
-                 const float *restrict x, const float *restrict y,
-                 struct rays *restrict rays)
+void
+camera_rays(const struct camera *camera, uint32_t n, const float *restrict x,
+            const float *restrict y, struct rays *restrict rays)
 {
     struct camera c = *camera;
     uint32_t padded = lanes_up(n);

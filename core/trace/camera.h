@@ -15,11 +15,13 @@ struct camera {
     float forward[3];                   /* -w, unit */
 };
 
-void camera_prepare(const struct scene *scene, struct camera *camera);
+void
+camera_prepare(const struct scene *scene, struct camera *camera);
 
 /* One ray per entry, direction unit. x[n], y[n] in pixels, fraction included,
  * padded to lanes_up(n). Sets rays->count. */
-void camera_rays(const struct camera *camera, uint32_t n, const float *x,
-                 const float *y, struct rays *rays);
+void
+camera_rays(const struct camera *camera, uint32_t n, const float *x,
+            const float *y, struct rays *rays);
 
 #endif

@@ -15,8 +15,9 @@ struct cramer {
     float d0, t, u, v;
 };
 
-static inline struct cramer cramer_solve(const float *r, float ox, float oy,
-                                         float oz, float dx, float dy, float dz)
+static inline struct cramer
+cramer_solve(const float *r, float ox, float oy, float oz, float dx, float dy,
+             float dz)
 {
     struct cramer c;
     float fx = ox - r[0], fy = oy - r[1], fz = oz - r[2];
@@ -32,8 +33,9 @@ static inline struct cramer cramer_solve(const float *r, float ox, float oy,
     return c;
 }
 
-static inline void cramer_record(const double p[3], const double e1[3],
-                                 const double e2[3], float *r)
+static inline void
+cramer_record(const double p[3], const double e1[3], const double e2[3],
+              float *r)
 {
     double n[3] = {e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2],
                    e1[0] * e2[1] - e1[1] * e2[0]};

@@ -11,7 +11,8 @@
 
 typedef struct RTCRayQueryContext embree_context;
 
-static inline void embree_context_init(embree_context *context)
+static inline void
+embree_context_init(embree_context *context)
 {
     rtcInitRayQueryContext(context);
 }
@@ -68,12 +69,14 @@ embree_occluded_arguments(embree_context *context, bool coherent)
 
 typedef struct RTCIntersectContext embree_context;
 
-static inline void embree_context_init(embree_context *context)
+static inline void
+embree_context_init(embree_context *context)
 {
     rtcInitIntersectContext(context);
 }
 
-static inline void embree_coherent(embree_context *context, bool coherent)
+static inline void
+embree_coherent(embree_context *context, bool coherent)
 {
     context->flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
                               : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;

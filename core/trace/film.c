@@ -11,8 +11,9 @@ static const uint8_t channels[LAYER_COUNT] = {
 #undef X
 };
 
-bool film_init(struct film *film, uint32_t width, uint32_t height,
-               unsigned mask, struct error *err)
+bool
+film_init(struct film *film, uint32_t width, uint32_t height, unsigned mask,
+          struct error *err)
 {
     memset(film, 0, sizeof *film);
     if (width == 0 || height == 0 ||
@@ -37,7 +38,8 @@ bool film_init(struct film *film, uint32_t width, uint32_t height,
     return true;
 }
 
-void film_clear(struct film *film)
+void
+film_clear(struct film *film)
 {
     for (int i = 0; i < LAYER_COUNT; i++)
         free(film->layers[i]);

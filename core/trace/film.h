@@ -18,8 +18,10 @@ struct film {
 };
 
 /* `mask` has bit (1 << layer) per layer wanted. ERROR_MEMORY. */
-bool film_init(struct film *film, uint32_t width, uint32_t height,
-               unsigned mask, struct error *err);
-void film_clear(struct film *film);
+bool
+film_init(struct film *film, uint32_t width, uint32_t height, unsigned mask,
+          struct error *err);
+void
+film_clear(struct film *film);
 
 #endif

@@ -8,8 +8,8 @@
 #include "core/scene/scene.h"
 #include "core/trace/shapes.h"
 
-static inline void flat_point(const struct scene_object *object,
-                              const double p[3], double out[3])
+static inline void
+flat_point(const struct scene_object *object, const double p[3], double out[3])
 {
     const double *m = object->to_world;
     for (int r = 0; r < 3; r++)
@@ -20,7 +20,8 @@ static inline void flat_point(const struct scene_object *object,
 
 /* Cofactor matrix of the linear part (inverse transpose times determinant) and
  * the determinant. */
-static inline double flat_cofactors(const double *m, double c[3][3])
+static inline double
+flat_cofactors(const double *m, double c[3][3])
 {
     for (int r = 0; r < 3; r++)
         for (int k = 0; k < 3; k++) {
@@ -32,7 +33,8 @@ static inline double flat_cofactors(const double *m, double c[3][3])
     return m[0] * c[0][0] + m[1] * c[0][1] + m[2] * c[0][2];
 }
 
-static inline void flat_store_unit(const double n[3], float out[3])
+static inline void
+flat_store_unit(const double n[3], float out[3])
 {
     double len = __builtin_sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     for (int k = 0; k < 3; k++)
@@ -40,8 +42,9 @@ static inline void flat_store_unit(const double n[3], float out[3])
 }
 
 /* A normal of object space, in the world, unit. */
-static inline void flat_direction(const struct scene_object *object,
-                                  const double n[3], float out[3])
+static inline void
+flat_direction(const struct scene_object *object, const double n[3],
+               float out[3])
 {
     double w[3] = {n[0], n[1], n[2]};
     if (object->transformed) {
@@ -55,9 +58,9 @@ static inline void flat_direction(const struct scene_object *object,
 
 /* Of two edges in the world: their product, turned where the transform
  * mirrors, so that it is the inverse transpose of the object's normal. */
-static inline void flat_normal(const struct scene_object *object,
-                               const double a[3], const double b[3],
-                               float out[3])
+static inline void
+flat_normal(const struct scene_object *object, const double a[3],
+            const double b[3], float out[3])
 {
     double n[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
                    a[0] * b[1] - a[1] * b[0]};
@@ -69,11 +72,13 @@ static inline void flat_normal(const struct scene_object *object,
 }
 
 /* Both normals of the entries of `kind` from the record at `offset`. */
-static inline void flat_surface(const struct shape_set *set, struct surfaces *f,
-                                uint32_t kind, uint32_t stride, uint32_t offset)
+static inline void
+flat_surface(const struct shape_set *set, struct surfaces *f, uint32_t kind,
+             uint32_t stride, uint32_t offset)
 {
     const float *restrict records = set->records;
     uint32_t n = lanes_up(f->count);
+    LANE_LOOP
     for (uint32_t i = 0; i < n; i++) {
         bool mine = f->kind[i] == kind;
         uint32_t k = offset + (mine ? f->index[i] * stride : 0);

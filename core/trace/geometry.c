@@ -12,7 +12,8 @@ const struct shape_ops *const shape_table[SHAPE_KIND_COUNT] = {
 };
 
 /* World to object. A singular matrix was refused by the scene's checker. */
-static void invert(const double *m, float out[12])
+static void
+invert(const double *m, float out[12])
 {
     double c[3][3];
     double det = flat_cofactors(m, c);
@@ -27,7 +28,8 @@ static void invert(const double *m, float out[12])
     }
 }
 
-static struct shape_rules rules_of(const struct scene_integrator *integrator)
+static struct shape_rules
+rules_of(const struct scene_integrator *integrator)
 {
     bool course = integrator->accumulation != ACCUMULATION_RECURSIVE;
     struct shape_rules rules = {
@@ -40,7 +42,8 @@ static struct shape_rules rules_of(const struct scene_integrator *integrator)
     return rules;
 }
 
-static bool sets_allocate(const struct scene *scene, struct geometry *g)
+static bool
+sets_allocate(const struct scene *scene, struct geometry *g)
 {
     bool moved[SHAPE_KIND_COUNT] = {false};
     for (uint32_t i = 0; i < scene->object_count; i++) {
@@ -79,8 +82,9 @@ static bool sets_allocate(const struct scene *scene, struct geometry *g)
     return ok && g->meshes != NULL;
 }
 
-static bool mesh_build(const struct scene *scene, uint32_t index,
-                       struct arena *arena, struct mesh_geometry *mesh)
+static bool
+mesh_build(const struct scene *scene, uint32_t index, struct arena *arena,
+           struct mesh_geometry *mesh)
 {
     const struct scene_object *object = &scene->objects[index];
     const struct scene_mesh *source = &scene->meshes[object->shape.mesh.mesh];
@@ -113,8 +117,9 @@ static bool mesh_build(const struct scene *scene, uint32_t index,
     return true;
 }
 
-static void set_add(const struct scene_object *object, uint32_t index,
-                    uint32_t place, struct shape_set *set)
+static void
+set_add(const struct scene_object *object, uint32_t index, uint32_t place,
+        struct shape_set *set)
 {
     const struct shape_ops *ops = shape_table[object->kind];
     set->object[place] = index;
@@ -135,7 +140,8 @@ static void set_add(const struct scene_object *object, uint32_t index,
             (float)object->to_world[k];
 }
 
-static bool objects_build(const struct scene *scene, struct geometry *g)
+static bool
+objects_build(const struct scene *scene, struct geometry *g)
 {
     uint32_t next[SHAPE_KIND_COUNT] = {0};
     bool moved = false;
@@ -168,8 +174,9 @@ static bool objects_build(const struct scene *scene, struct geometry *g)
     return true;
 }
 
-bool geometry_build(const struct scene *scene, size_t memory_max,
-                    struct geometry *g, struct error *err)
+bool
+geometry_build(const struct scene *scene, size_t memory_max, struct geometry *g,
+               struct error *err)
 {
     memset(g, 0, sizeof *g);
     arena_init(&g->arena, memory_max);
@@ -188,14 +195,16 @@ bool geometry_build(const struct scene *scene, size_t memory_max,
     return true;
 }
 
-void geometry_clear(struct geometry *g)
+void
+geometry_clear(struct geometry *g)
 {
     arena_clear(&g->arena);
     memset(g, 0, sizeof *g);
 }
 
-void shape_world_bounds(const struct shape_set *set, uint32_t index,
-                        float lo[3], float hi[3])
+void
+shape_world_bounds(const struct shape_set *set, uint32_t index, float lo[3],
+                   float hi[3])
 {
     const struct shape_ops *ops = shape_table[set->kind];
     ops->bounds(set->records + (size_t)index * set->stride, lo, hi);
@@ -226,9 +235,9 @@ void shape_world_bounds(const struct shape_set *set, uint32_t index,
 }
 
 /* Rays and hits -> surfaces, misses left out. */
-static void compact(const struct rays *restrict rays,
-                    const struct hits *restrict hits,
-                    struct surfaces *restrict s, uint32_t *restrict live)
+static void
+compact(const struct rays *restrict rays, const struct hits *restrict hits,
+        struct surfaces *restrict s, uint32_t *restrict live)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < rays->count; i++) {
@@ -239,6 +248,7 @@ static void compact(const struct rays *restrict rays,
     uint32_t n = lanes_up(count);
     for (uint32_t j = count; j < n; j++)
         live[j] = 0;
+    LANE_LOOP
     for (uint32_t j = 0; j < n; j++) {
         uint32_t i = live[j];
         s->t[j] = hits->t[i];
@@ -249,20 +259,24 @@ static void compact(const struct rays *restrict rays,
         s->object[j] = 0;
         s->t[j] = 0.0f;
     }
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3; k++) {
+        LANE_LOOP
         for (uint32_t j = 0; j < n; j++) {
             uint32_t i = live[j];
             s->d[k][j] = rays->d[k][i];
             s->p[k][j] = madd(s->t[j], rays->d[k][i], rays->o[k][i]);
         }
+    }
 }
 
-void surfaces_fill(const struct geometry *g, const struct rays *rays,
-                   const struct hits *hits, struct surfaces *s, uint32_t *live)
+void
+surfaces_fill(const struct geometry *g, const struct rays *rays,
+              const struct hits *hits, struct surfaces *s, uint32_t *live)
 {
     compact(rays, hits, s, live);
     uint32_t n = lanes_up(s->count);
     uint32_t present = 0;
+    LANE_LOOP
     for (uint32_t j = 0; j < n; j++) {
         uint32_t place = g->place[s->object[j]];
         s->kind[j] = place >> 28;

@@ -5,7 +5,8 @@ extern const struct kernel kernel_portable;
 extern const struct kernel kernel_v3, kernel_v4;
 #endif
 
-const struct kernel *kernel_choose(enum isa_level level)
+const struct kernel *
+kernel_choose(enum isa_level level)
 {
 #if defined(__x86_64__)
     if (level >= ISA_V4)

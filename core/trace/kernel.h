@@ -23,6 +23,7 @@ struct kernel {
 };
 
 /* The best kernel for `level`; any level has one. */
-const struct kernel *kernel_choose(enum isa_level level);
+const struct kernel *
+kernel_choose(enum isa_level level);
 
 #endif

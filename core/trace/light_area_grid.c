@@ -3,8 +3,9 @@
 #include "core/trace/light_position.h"
 #include "core/trace/lights.h"
 
-void light_area_grid(const struct scene_light *light, uint32_t k,
-                     const struct surfaces *surfaces, struct light_batch *out)
+void
+light_area_grid(const struct scene_light *light, uint32_t k,
+                const struct surfaces *surfaces, struct light_batch *out)
 {
     float x, z, half = (float)light->half_size;
     scene_light_offset(light, k, &x, &z);

@@ -1,8 +1,9 @@
 /* light_directional.c - parallel light from infinitely far away. */
 #include "core/trace/lights.h"
 
-void light_directional(const struct scene_light *light, uint32_t k,
-                       const struct surfaces *surfaces, struct light_batch *out)
+void
+light_directional(const struct scene_light *light, uint32_t k,
+                  const struct surfaces *surfaces, struct light_batch *out)
 {
     (void)k;
     uint32_t n = lanes_up(surfaces->count);

@@ -9,8 +9,9 @@ const light_fn light_table[] = {
     [LIGHT_AREA_GRID] = light_area_grid,
 };
 
-void light_point(const struct scene_light *light, uint32_t k,
-                 const struct surfaces *surfaces, struct light_batch *out)
+void
+light_point(const struct scene_light *light, uint32_t k,
+            const struct surfaces *surfaces, struct light_batch *out)
 {
     (void)k;
     float q[3] = {(float)light->position[0], (float)light->position[1],

@@ -7,9 +7,9 @@
 #include "core/scene/vec.h"
 #include "core/trace/lights.h"
 
-static inline void light_from(const float position[3], bool inverse_square,
-                              const struct surfaces *restrict s,
-                              struct light_batch *restrict out)
+static inline void
+light_from(const float position[3], bool inverse_square,
+           const struct surfaces *restrict s, struct light_batch *restrict out)
 {
     float qx = position[0], qy = position[1], qz = position[2];
     uint32_t n = lanes_up(s->count);

@@ -23,13 +23,15 @@ typedef void (*light_fn)(const struct scene_light *light, uint32_t k,
                          const struct surfaces *surfaces,
                          struct light_batch *out);
 
-void light_point(const struct scene_light *light, uint32_t k,
-                 const struct surfaces *surfaces, struct light_batch *out);
-void light_directional(const struct scene_light *light, uint32_t k,
-                       const struct surfaces *surfaces,
-                       struct light_batch *out);
-void light_area_grid(const struct scene_light *light, uint32_t k,
-                     const struct surfaces *surfaces, struct light_batch *out);
+void
+light_point(const struct scene_light *light, uint32_t k,
+            const struct surfaces *surfaces, struct light_batch *out);
+void
+light_directional(const struct scene_light *light, uint32_t k,
+                  const struct surfaces *surfaces, struct light_batch *out);
+void
+light_area_grid(const struct scene_light *light, uint32_t k,
+                const struct surfaces *surfaces, struct light_batch *out);
 
 extern const light_fn light_table[];
 

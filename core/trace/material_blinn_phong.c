@@ -1,8 +1,9 @@
 /* material_blinn_phong.c - all fields; highlight k_s max(0, n.h)^p. */
 #include "core/trace/materials.h"
 
-void material_blinn(const struct scene_material *material,
-                    struct material_record *record)
+void
+material_blinn(const struct scene_material *material,
+               struct material_record *record)
 {
     record->paint[PAINT_DIFFUSE] = material->diffuse;
     record->paint[PAINT_AMBIENT] = material->ambient;

@@ -1,8 +1,9 @@
 /* material_lambert.c - ambient, diffuse and emission. */
 #include "core/trace/materials.h"
 
-void material_lambert(const struct scene_material *material,
-                      struct material_record *record)
+void
+material_lambert(const struct scene_material *material,
+                 struct material_record *record)
 {
     record->paint[PAINT_DIFFUSE] = material->diffuse;
     record->paint[PAINT_AMBIENT] = material->ambient;

@@ -9,20 +9,23 @@ static const material_fn material_table[] = {
     [MATERIAL_MIRROR] = material_mirror,
 };
 
-static bool paint_black(const struct paint *p)
+static bool
+paint_black(const struct paint *p)
 {
     return p->texture == SCENE_NONE && p->color[0] == 0.0 &&
            p->color[1] == 0.0 && p->color[2] == 0.0;
 }
 
-static bool paint_equal(const struct paint *a, const struct paint *b)
+static bool
+paint_equal(const struct paint *a, const struct paint *b)
 {
     return a->texture == b->texture && a->color[0] == b->color[0] &&
            a->color[1] == b->color[1] && a->color[2] == b->color[2];
 }
 
-bool materials_build(const struct scene *scene, struct arena *arena,
-                     struct materials *m, struct error *err)
+bool
+materials_build(const struct scene *scene, struct arena *arena,
+                struct materials *m, struct error *err)
 {
     size_t count = scene->material_count;
     bool ok = true;
@@ -66,10 +69,10 @@ bool materials_build(const struct scene *scene, struct arena *arena,
     return true;
 }
 
-static void fetch_textures(const struct materials *m, const struct scene *scene,
-                           const struct geometry *geometry,
-                           const struct surfaces *s, int field, bool copied,
-                           struct paints *p)
+static void
+fetch_textures(const struct materials *m, const struct scene *scene,
+               const struct geometry *geometry, const struct surfaces *s,
+               int field, bool copied, struct paints *p)
 {
     const int32_t *restrict texture = m->texture[field];
     for (uint32_t i = 0; i < s->count; i++) {
@@ -81,9 +84,10 @@ static void fetch_textures(const struct materials *m, const struct scene *scene,
                    &p->scratch);
 }
 
-void materials_fetch(const struct materials *m, const struct scene *scene,
-                     const struct geometry *geometry, const struct surfaces *s,
-                     unsigned fields, struct paints *p)
+void
+materials_fetch(const struct materials *m, const struct scene *scene,
+                const struct geometry *geometry, const struct surfaces *s,
+                unsigned fields, struct paints *p)
 {
     uint32_t n = lanes_up(s->count);
     fields &= m->used;
@@ -93,6 +97,7 @@ void materials_fetch(const struct materials *m, const struct scene *scene,
         for (int k = 0; k < 3; k++) {
             const float *restrict from = m->color[f][k];
             float *restrict to = p->color[f][k];
+            LANE_LOOP
             for (uint32_t i = 0; i < n; i++)
                 to[i] = from[s->material[i]];
         }
@@ -106,7 +111,10 @@ void materials_fetch(const struct materials *m, const struct scene *scene,
                     for (int k = 0; k < 3; k++)
                         p->color[f][k][i] = p->color[PAINT_DIFFUSE][k][i];
     }
-    if ((fields >> PAINT_SPECULAR & 1) != 0)
+    if ((fields >> PAINT_SPECULAR & 1) != 0) {
+        const float *restrict shininess = m->shininess;
+        LANE_LOOP
         for (uint32_t i = 0; i < n; i++)
-            p->shininess[i] = m->shininess[s->material[i]];
+            p->shininess[i] = shininess[s->material[i]];
+    }
 }

@@ -36,14 +36,18 @@ struct material_record {
 typedef void (*material_fn)(const struct scene_material *material,
                             struct material_record *record);
 
-void material_lambert(const struct scene_material *material,
-                      struct material_record *record);
-void material_blinn(const struct scene_material *material,
-                    struct material_record *record);
-void material_glazed(const struct scene_material *material,
-                     struct material_record *record);
-void material_mirror(const struct scene_material *material,
-                     struct material_record *record);
+void
+material_lambert(const struct scene_material *material,
+                 struct material_record *record);
+void
+material_blinn(const struct scene_material *material,
+               struct material_record *record);
+void
+material_glazed(const struct scene_material *material,
+                struct material_record *record);
+void
+material_mirror(const struct scene_material *material,
+                struct material_record *record);
 
 struct materials {
     uint32_t count;
@@ -65,13 +69,15 @@ struct paints {
 };
 
 /* Tables live in the arena. ERROR_MEMORY. */
-bool materials_build(const struct scene *scene, struct arena *arena,
-                     struct materials *materials, struct error *err);
+bool
+materials_build(const struct scene *scene, struct arena *arena,
+                struct materials *materials, struct error *err);
 
 /* `fields`: mask of 1 << paint_field that the caller wants. */
-void materials_fetch(const struct materials *materials,
-                     const struct scene *scene, const struct geometry *geometry,
-                     const struct surfaces *surfaces, unsigned fields,
-                     struct paints *paints);
+void
+materials_fetch(const struct materials *materials, const struct scene *scene,
+                const struct geometry *geometry,
+                const struct surfaces *surfaces, unsigned fields,
+                struct paints *paints);
 
 #endif

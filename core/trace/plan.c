@@ -2,8 +2,8 @@
 
 #include <stdlib.h>
 
-static bool lights_build(const struct scene *scene, struct plan *plan,
-                         struct error *err)
+static bool
+lights_build(const struct scene *scene, struct plan *plan, struct error *err)
 {
     size_t count = scene->light_count;
     plan->lights = arena_array(&plan->arena, count, sizeof *plan->lights);
@@ -21,8 +21,9 @@ static bool lights_build(const struct scene *scene, struct plan *plan,
     return true;
 }
 
-struct plan *plan_build(const struct scene *scene,
-                        const struct accel_options *options, struct error *err)
+struct plan *
+plan_build(const struct scene *scene, const struct accel_options *options,
+           struct error *err)
 {
     struct plan *plan = calloc(1, sizeof *plan);
     if (plan == NULL) {
@@ -45,7 +46,8 @@ fail:
     return NULL;
 }
 
-void plan_free(struct plan *plan)
+void
+plan_free(struct plan *plan)
 {
     if (plan == NULL)
         return;

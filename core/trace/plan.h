@@ -21,8 +21,10 @@ struct plan {
 };
 
 /* ERROR_MEMORY, ERROR_CANCELED, ERROR_INTERNAL. */
-struct plan *plan_build(const struct scene *scene,
-                        const struct accel_options *options, struct error *err);
-void plan_free(struct plan *plan);
+struct plan *
+plan_build(const struct scene *scene, const struct accel_options *options,
+           struct error *err);
+void
+plan_free(struct plan *plan);
 
 #endif

@@ -22,7 +22,16 @@ enum {
 #define COLUMN(type, name)     _Alignas(64) type name[BATCH_MAX]
 #define COLUMNS(type, name, n) _Alignas(64) type name[n][BATCH_MAX]
 
-static inline uint32_t lanes_up(uint32_t count)
+/* Before a loop over entries none of which reads what another one wrote: lets
+ * the compiler turn indexed reads into vector gathers. */
+#if defined(__clang__)
+#define LANE_LOOP _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define LANE_LOOP _Pragma("GCC ivdep")
+#endif
+
+static inline uint32_t
+lanes_up(uint32_t count)
 {
     return (count + (LANES - 1)) / LANES * LANES;
 }

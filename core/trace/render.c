@@ -46,7 +46,8 @@ struct crew {
 };
 
 /* Denormals would slow single pixels a hundredfold, and they show nowhere. */
-static void flush_denormals(void)
+static void
+flush_denormals(void)
 {
 #if defined(__SSE__)
     _mm_setcsr(_mm_getcsr() | 0x8040u); /* flush to zero, denormals are zero */
@@ -54,7 +55,8 @@ static void flush_denormals(void)
 }
 
 /* Members beyond `allowed` wait for their turn; true: go on. */
-static bool wait_turn(struct crew *crew, unsigned index)
+static bool
+wait_turn(struct crew *crew, unsigned index)
 {
     if (index < atomic_load(&crew->allowed))
         return !atomic_load(&crew->stop);
@@ -66,7 +68,8 @@ static bool wait_turn(struct crew *crew, unsigned index)
     return !atomic_load(&crew->stop);
 }
 
-static void *member_run(void *arg)
+static void *
+member_run(void *arg)
 {
     struct member *member = arg;
     struct crew *crew = member->crew;
@@ -102,7 +105,8 @@ struct run {
     int64_t interval_us;
 };
 
-static bool report(struct run *run)
+static bool
+report(struct run *run)
 {
     struct render_progress progress = {
         .phase = run->phase,
@@ -120,7 +124,8 @@ static bool report(struct run *run)
 
 /* While building. Embree asks from its own threads too; only the caller's may
  * report. */
-static bool build_go_on(void *user)
+static bool
+build_go_on(void *user)
 {
     struct run *run = user;
     if (!pthread_equal(pthread_self(), run->caller) ||
@@ -131,7 +136,8 @@ static bool build_go_on(void *user)
     return !atomic_load(&run->crew.stop);
 }
 
-static unsigned allowed_now(const struct run *run)
+static unsigned
+allowed_now(const struct run *run)
 {
     unsigned allowed = run->crew.size;
     if (run->options->threads_now != NULL)
@@ -139,7 +145,8 @@ static unsigned allowed_now(const struct run *run)
     return allowed > 0 ? allowed : 1;
 }
 
-static void sleep_until(struct run *run, int64_t wake_us)
+static void
+sleep_until(struct run *run, int64_t wake_us)
 {
     struct timespec at = {.tv_sec = wake_us / 1000000,
                           .tv_nsec = wake_us % 1000000 * 1000};
@@ -147,7 +154,8 @@ static void sleep_until(struct run *run, int64_t wake_us)
 }
 
 /* The caller's thread, until the crew has left. */
-static void watch(struct run *run)
+static void
+watch(struct run *run)
 {
     struct crew *crew = &run->crew;
     pthread_mutex_lock(&crew->lock);
@@ -170,7 +178,8 @@ static void watch(struct run *run)
     pthread_mutex_unlock(&crew->lock);
 }
 
-static unsigned crew_size(const struct render_options *options, uint32_t tiles)
+static unsigned
+crew_size(const struct render_options *options, uint32_t tiles)
 {
     unsigned size = options->threads;
     if (size == 0) {
@@ -181,7 +190,8 @@ static unsigned crew_size(const struct render_options *options, uint32_t tiles)
     return size < tiles ? size : tiles;
 }
 
-static bool crew_trace(struct run *run, struct error *err)
+static bool
+crew_trace(struct run *run, struct error *err)
 {
     struct crew *crew = &run->crew;
     struct member *members = calloc(crew->size, sizeof *members);
@@ -219,7 +229,8 @@ out:
     return ok;
 }
 
-static bool crew_init(struct crew *crew)
+static bool
+crew_init(struct crew *crew)
 {
     pthread_condattr_t attr;
     bool ok = pthread_condattr_init(&attr) == 0;
@@ -231,9 +242,9 @@ static bool crew_init(struct crew *crew)
     return ok;
 }
 
-bool render_run(const struct scene *scene, const struct render_options *options,
-                struct film *film, struct render_stats *stats,
-                struct error *err)
+bool
+render_run(const struct scene *scene, const struct render_options *options,
+           struct film *film, struct render_stats *stats, struct error *err)
 {
     static const struct render_options defaults;
     struct run run;

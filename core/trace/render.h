@@ -53,8 +53,8 @@ struct render_stats {
 };
 
 /* `film` was made by film_init with the scene's size; its layers are filled. */
-bool render_run(const struct scene *scene, const struct render_options *options,
-                struct film *film, struct render_stats *stats,
-                struct error *err);
+bool
+render_run(const struct scene *scene, const struct render_options *options,
+           struct film *film, struct render_stats *stats, struct error *err);
 
 #endif

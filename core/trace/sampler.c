@@ -1,6 +1,7 @@
 #include "core/trace/sampler.h"
 
-static inline uint32_t reverse_bits(uint32_t x)
+static inline uint32_t
+reverse_bits(uint32_t x)
 {
     x = (x >> 16) | (x << 16);
     x = ((x & 0x00ff00ffu) << 8) | ((x & 0xff00ff00u) >> 8);
@@ -11,7 +12,8 @@ static inline uint32_t reverse_bits(uint32_t x)
 
 /* Owen's nested scramble of reversed bits: each step lets a bit depend on
  * itself and lower ones only (Laine and Karras 2011; Burley 2020). */
-static inline uint32_t scramble_reversed(uint32_t x, uint32_t seed)
+static inline uint32_t
+scramble_reversed(uint32_t x, uint32_t seed)
 {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -21,14 +23,16 @@ static inline uint32_t scramble_reversed(uint32_t x, uint32_t seed)
     return x;
 }
 
-static inline uint32_t scramble(uint32_t x, uint32_t seed)
+static inline uint32_t
+scramble(uint32_t x, uint32_t seed)
 {
     return reverse_bits(scramble_reversed(reverse_bits(x), seed));
 }
 
 /* Second Sobol dimension: polynomial x + 1, whose direction numbers are the
  * rows of Pascal's triangle modulo 2. */
-static inline uint32_t sobol_second(uint32_t index)
+static inline uint32_t
+sobol_second(uint32_t index)
 {
     uint32_t x = 0, v = 0x80000000u;
     for (int bit = 0; bit < 32; bit++) {
@@ -40,7 +44,8 @@ static inline uint32_t sobol_second(uint32_t index)
 
 /* A permutation of 0 ... count - 1 picked by seed: cycle walking of a mix that
  * is a bijection of [0, 2^k). */
-static uint32_t permute(uint32_t i, uint32_t count, uint32_t seed)
+static uint32_t
+permute(uint32_t i, uint32_t count, uint32_t seed)
 {
     uint32_t mask = count - 1;
     mask |= mask >> 1;
@@ -62,9 +67,10 @@ static uint32_t permute(uint32_t i, uint32_t count, uint32_t seed)
     return i;
 }
 
-static void fill_stratified(const struct scene_sampler *s, uint32_t n,
-                            const uint32_t *pixel, uint32_t sample,
-                            uint32_t pair, float *x, float *y)
+static void
+fill_stratified(const struct scene_sampler *s, uint32_t n,
+                const uint32_t *pixel, uint32_t sample, uint32_t pair, float *x,
+                float *y)
 {
     uint32_t columns = 1;
     while (columns * columns < s->spp)
@@ -84,9 +90,10 @@ static void fill_stratified(const struct scene_sampler *s, uint32_t n,
     }
 }
 
-static void fill_sobol(const struct scene_sampler *s, uint32_t n,
-                       const uint32_t *restrict pixel, uint32_t sample,
-                       uint32_t pair, float *restrict x, float *restrict y)
+static void
+fill_sobol(const struct scene_sampler *s, uint32_t n,
+           const uint32_t *restrict pixel, uint32_t sample, uint32_t pair,
+           float *restrict x, float *restrict y)
 {
     for (uint32_t i = 0; i < n; i++) {
         uint32_t seed = sampler_hash(s->seed, pixel[i], 0x50b01u, pair);
@@ -99,9 +106,9 @@ static void fill_sobol(const struct scene_sampler *s, uint32_t n,
     }
 }
 
-void sampler_fill(const struct scene_sampler *s, uint32_t n,
-                  const uint32_t *pixel, uint32_t sample, uint32_t pair,
-                  float *x, float *y)
+void
+sampler_fill(const struct scene_sampler *s, uint32_t n, const uint32_t *pixel,
+             uint32_t sample, uint32_t pair, float *x, float *y)
 {
     switch (s->kind) {
     case SAMPLER_CENTER:

@@ -9,7 +9,8 @@
 #include "core/trace/kernel_names.h"
 
 /* Mixes well: every input bit changes each output bit about half the time. */
-static inline uint32_t sampler_mix(uint32_t x)
+static inline uint32_t
+sampler_mix(uint32_t x)
 {
     x ^= x >> 16;
     x *= 0x21f0aaadu;
@@ -19,8 +20,8 @@ static inline uint32_t sampler_mix(uint32_t x)
     return x;
 }
 
-static inline uint32_t sampler_hash(uint32_t seed, uint32_t pixel,
-                                    uint32_t sample, uint32_t dimension)
+static inline uint32_t
+sampler_hash(uint32_t seed, uint32_t pixel, uint32_t sample, uint32_t dimension)
 {
     uint32_t h = sampler_mix(seed ^ 0x9e3779b9u);
     h = sampler_mix(h ^ pixel);
@@ -29,7 +30,8 @@ static inline uint32_t sampler_hash(uint32_t seed, uint32_t pixel,
 }
 
 /* Upper 24 bits as [0, 1). */
-static inline float sampler_unit(uint32_t bits)
+static inline float
+sampler_unit(uint32_t bits)
 {
     return (float)(bits >> 8) * 0x1p-24f;
 }
@@ -44,8 +46,9 @@ static inline float sampler_unit(uint32_t bits)
  *                after Owen: any 2^k samples from a multiple of 2^k on form a
  *                (0, k, 2)-net in each pixel and pair
  *   pixel[n]  a number per pixel, the same for the same pixel in every tile */
-void sampler_fill(const struct scene_sampler *sampler, uint32_t n,
-                  const uint32_t *pixel, uint32_t sample, uint32_t pair,
-                  float *x, float *y);
+void
+sampler_fill(const struct scene_sampler *sampler, uint32_t n,
+             const uint32_t *pixel, uint32_t sample, uint32_t pair, float *x,
+             float *y);
 
 #endif

@@ -7,9 +7,10 @@
 #define SHAPE_INVERTS 1
 
 /* Slabs. Entry only with near > 0 unless exits count. */
-static inline bool box_hit(const float *b, const struct shape_rules *rules,
-                           float ox, float oy, float oz, float dx, float dy,
-                           float dz, float ix, float iy, float iz, float *t)
+static inline bool
+box_hit(const float *b, const struct shape_rules *rules, float ox, float oy,
+        float oz, float dx, float dy, float dz, float ix, float iy, float iz,
+        float *t)
 {
     (void)dx, (void)dy, (void)dz;
     float ax = (b[0] - ox) * ix, bx = (b[3] - ox) * ix;
@@ -29,8 +30,9 @@ static inline bool box_hit(const float *b, const struct shape_rules *rules,
 
 #include "core/trace/shape_lanes.h"
 
-static bool box_prepare(const struct scene_object *object,
-                        const struct shape_set *set, float *record)
+static bool
+box_prepare(const struct scene_object *object, const struct shape_set *set,
+            float *record)
 {
     const struct shape_box *b = &object->shape.box;
     const double *m = object->to_world;
@@ -53,7 +55,8 @@ static bool box_prepare(const struct scene_object *object,
     return world;
 }
 
-static void box_bounds(const float *b, float lo[3], float hi[3])
+static void
+box_bounds(const float *b, float lo[3], float hi[3])
 {
     for (int k = 0; k < 3; k++) {
         lo[k] = b[k];
@@ -64,8 +67,9 @@ static void box_bounds(const float *b, float lo[3], float hi[3])
 /* The course's rule: the first face, in this order, that p is within eps of;
  * else +z (SCENE 6.1). Otherwise the face that p is relatively nearest to.
  * *axis 0 ... 2; the sign of the normal is returned. */
-static inline float box_face(const float *b, const struct shape_rules *rules,
-                             float x, float y, float z, int *axis)
+static inline float
+box_face(const float *b, const struct shape_rules *rules, float x, float y,
+         float z, int *axis)
 {
     float e = rules->face_epsilon;
     /* course, last rule first */
@@ -100,8 +104,8 @@ static inline float box_face(const float *b, const struct shape_rules *rules,
     return rules->course ? sign : nsign;
 }
 
-static void box_surface_transformed(const struct shape_set *set,
-                                    struct surfaces *s)
+static void
+box_surface_transformed(const struct shape_set *set, struct surfaces *s)
 {
     for (uint32_t i = 0; i < s->count; i++) {
         uint32_t k = s->index[i];
@@ -122,11 +126,13 @@ static void box_surface_transformed(const struct shape_set *set,
     }
 }
 
-static void box_surface(const struct shape_set *set, struct surfaces *s)
+static void
+box_surface(const struct shape_set *set, struct surfaces *s)
 {
     const float *restrict records = set->records;
     struct shape_rules rules = set->rules;
     uint32_t n = lanes_up(s->count);
+    LANE_LOOP
     for (uint32_t i = 0; i < n; i++) {
         bool mine = s->kind[i] == SHAPE_BOX;
         uint32_t k = mine ? s->index[i] * 8 : 0;
@@ -150,7 +156,8 @@ static void box_surface(const struct shape_set *set, struct surfaces *s)
 }
 
 /* +-x: (z, y), +-y: (x, z), +-z: (x, y), scaled to 0 ... 1. */
-static void box_uv(const struct shape_set *set, struct surfaces *s)
+static void
+box_uv(const struct shape_set *set, struct surfaces *s)
 {
     static const int order[3][2] = {{2, 1}, {0, 2}, {0, 1}};
     for (uint32_t i = 0; i < s->count; i++) {

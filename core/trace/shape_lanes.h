@@ -79,9 +79,9 @@ struct lane_scratch {
     _Alignas(64) float column[9][STRIP_MAX];
 };
 
-static void lanes_transform(const float *m, const struct lanes *lanes,
-                            uint32_t n, struct lane_scratch *to,
-                            struct lane_input *in)
+static void
+lanes_transform(const float *m, const struct lanes *lanes, uint32_t n,
+                struct lane_scratch *to, struct lane_input *in)
 {
     const float *restrict ox = lanes->o[0], *restrict oy = lanes->o[1],
                           *restrict oz = lanes->o[2],
@@ -105,8 +105,9 @@ static void lanes_transform(const float *m, const struct lanes *lanes,
 }
 
 /* Inverse directions if the body wants them and the caller has none. */
-static inline void lanes_prepare(const struct lanes *lanes, uint32_t n,
-                                 struct lane_scratch *to, struct lane_input *in)
+static inline void
+lanes_prepare(const struct lanes *lanes, uint32_t n, struct lane_scratch *to,
+              struct lane_input *in)
 {
     *in =
         (struct lane_input){lanes->o[0],     lanes->o[1],     lanes->o[2],
@@ -133,9 +134,9 @@ static inline void lanes_prepare(const struct lanes *lanes, uint32_t n,
 #endif
 }
 
-static void SHAPE(nearest)(const struct shape_set *set, uint32_t first,
-                           uint32_t count, const struct lanes *lanes,
-                           uint32_t n)
+static void
+SHAPE(nearest)(const struct shape_set *set, uint32_t first, uint32_t count,
+               const struct lanes *lanes, uint32_t n)
 {
     struct lane_scratch prepared, turned;
     struct lane_input plain, own;
@@ -174,8 +175,9 @@ static void SHAPE(nearest)(const struct shape_set *set, uint32_t first,
     }
 }
 
-static void SHAPE(any)(const struct shape_set *set, uint32_t first,
-                       uint32_t count, const struct lanes *lanes, uint32_t n)
+static void
+SHAPE(any)(const struct shape_set *set, uint32_t first, uint32_t count,
+           const struct lanes *lanes, uint32_t n)
 {
     struct lane_scratch prepared, turned;
     struct lane_input plain, own;

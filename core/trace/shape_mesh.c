@@ -10,7 +10,8 @@ struct corner_weights {
     struct vec3 normal; /* geometric, unit or zero, as stored */
 };
 
-static inline float clamp01(float x)
+static inline float
+clamp01(float x)
 {
     return x > 0.0f ? (x < 1.0f ? x : 1.0f) : 0.0f;
 }
@@ -18,8 +19,8 @@ static inline float clamp01(float x)
 /* Weights of the point of surface i: SCENE 6.4, clamped into the triangle. The
  * point is Embree's t along the ray, so it is as near to the triangle's plane
  * as a float allows. */
-static struct corner_weights weights(const struct mesh_geometry *mesh,
-                                     const struct surfaces *f, uint32_t i)
+static struct corner_weights
+weights(const struct mesh_geometry *mesh, const struct surfaces *f, uint32_t i)
 {
     struct corner_weights w;
     const uint32_t *k = mesh->indices + 3 * (size_t)f->primitive[i];
@@ -46,7 +47,8 @@ static struct corner_weights weights(const struct mesh_geometry *mesh,
     return w;
 }
 
-void mesh_surface(const struct geometry *geometry, struct surfaces *f)
+void
+mesh_surface(const struct geometry *geometry, struct surfaces *f)
 {
     for (uint32_t i = 0; i < f->count; i++) {
         if (f->kind[i] != SHAPE_MESH)
@@ -82,7 +84,8 @@ void mesh_surface(const struct geometry *geometry, struct surfaces *f)
     }
 }
 
-void mesh_uv(const struct geometry *geometry, struct surfaces *f)
+void
+mesh_uv(const struct geometry *geometry, struct surfaces *f)
 {
     for (uint32_t i = 0; i < f->count; i++) {
         if (f->kind[i] != SHAPE_MESH)

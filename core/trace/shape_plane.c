@@ -8,9 +8,10 @@
 #define SHAPE_FLOATS  4
 #define SHAPE_INVERTS 0
 
-static inline bool plane_hit(const float *s, const struct shape_rules *rules,
-                             float ox, float oy, float oz, float dx, float dy,
-                             float dz, float ix, float iy, float iz, float *t)
+static inline bool
+plane_hit(const float *s, const struct shape_rules *rules, float ox, float oy,
+          float oz, float dx, float dy, float dz, float ix, float iy, float iz,
+          float *t)
 {
     (void)ix, (void)iy, (void)iz;
     float across = dot3(s[0], s[1], s[2], dx, dy, dz);
@@ -23,8 +24,9 @@ static inline bool plane_hit(const float *s, const struct shape_rules *rules,
 
 /* With x' = Mx + b and w = M^-T n: n.x = offset becomes w.x' = offset + w.b,
  * which is then divided by the length of w. */
-static bool plane_prepare(const struct scene_object *object,
-                          const struct shape_set *set, float *record)
+static bool
+plane_prepare(const struct scene_object *object, const struct shape_set *set,
+              float *record)
 {
     const struct shape_plane *s = &object->shape.plane;
     double n[3] = {s->normal[0], s->normal[1], s->normal[2]};
@@ -52,10 +54,12 @@ static bool plane_prepare(const struct scene_object *object,
     return true;
 }
 
-static void plane_surface(const struct shape_set *set, struct surfaces *s)
+static void
+plane_surface(const struct shape_set *set, struct surfaces *s)
 {
     const float *restrict records = set->records;
     uint32_t n = lanes_up(s->count);
+    LANE_LOOP
     for (uint32_t i = 0; i < n; i++) {
         bool mine = s->kind[i] == SHAPE_PLANE;
         uint32_t k = mine ? s->index[i] * 8 : 0;
@@ -71,7 +75,8 @@ static void plane_surface(const struct shape_set *set, struct surfaces *s)
 
 /* The two coordinates other than the normal's largest, of the object's own
  * space. */
-static void plane_uv(const struct shape_set *set, struct surfaces *s)
+static void
+plane_uv(const struct shape_set *set, struct surfaces *s)
 {
     for (uint32_t i = 0; i < s->count; i++) {
         if (s->kind[i] != SHAPE_PLANE)

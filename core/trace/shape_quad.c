@@ -11,9 +11,10 @@
 
 enum { NORMAL = 13, STRIDE = 16 };
 
-static inline bool quad_hit(const float *s, const struct shape_rules *rules,
-                            float ox, float oy, float oz, float dx, float dy,
-                            float dz, float ix, float iy, float iz, float *t)
+static inline bool
+quad_hit(const float *s, const struct shape_rules *rules, float ox, float oy,
+         float oz, float dx, float dy, float dz, float ix, float iy, float iz,
+         float *t)
 {
     (void)ix, (void)iy, (void)iz, (void)rules;
     struct cramer c = cramer_solve(s, ox, oy, oz, dx, dy, dz);
@@ -26,8 +27,9 @@ static inline bool quad_hit(const float *s, const struct shape_rules *rules,
 
 #include "core/trace/shape_lanes.h"
 
-static bool quad_prepare(const struct scene_object *object,
-                         const struct shape_set *set, float *record)
+static bool
+quad_prepare(const struct scene_object *object, const struct shape_set *set,
+             float *record)
 {
     const struct shape_quad *s = &object->shape.quad;
     double p[3], a[3], b[3], e1[3], e2[3];
@@ -48,7 +50,8 @@ static bool quad_prepare(const struct scene_object *object,
     return true;
 }
 
-static void quad_bounds(const float *s, float lo[3], float hi[3])
+static void
+quad_bounds(const float *s, float lo[3], float hi[3])
 {
     for (int k = 0; k < 3; k++) {
         float u = s[3 + k], v = s[6 + k];
@@ -57,12 +60,14 @@ static void quad_bounds(const float *s, float lo[3], float hi[3])
     }
 }
 
-static void quad_surface(const struct shape_set *set, struct surfaces *f)
+static void
+quad_surface(const struct shape_set *set, struct surfaces *f)
 {
     flat_surface(set, f, SHAPE_QUAD, STRIDE, NORMAL);
 }
 
-static void quad_uv(const struct shape_set *set, struct surfaces *f)
+static void
+quad_uv(const struct shape_set *set, struct surfaces *f)
 {
     for (uint32_t i = 0; i < f->count; i++) {
         if (f->kind[i] != SHAPE_QUAD)

@@ -10,9 +10,10 @@
 /* Roots by the distance of the center from the ray, which keeps its digits
  * where b^2 - 4ac loses them (Ray Tracing Gems, chapter 7), and the second
  * root from the product of both. */
-static inline bool sphere_hit(const float *s, const struct shape_rules *rules,
-                              float ox, float oy, float oz, float dx, float dy,
-                              float dz, float ix, float iy, float iz, float *t)
+static inline bool
+sphere_hit(const float *s, const struct shape_rules *rules, float ox, float oy,
+           float oz, float dx, float dy, float dz, float ix, float iy, float iz,
+           float *t)
 {
     (void)ix, (void)iy, (void)iz;
     float fx = ox - s[0], fy = oy - s[1], fz = oz - s[2];
@@ -36,8 +37,9 @@ static inline bool sphere_hit(const float *s, const struct shape_rules *rules,
 
 #include "core/trace/shape_lanes.h"
 
-static bool sphere_prepare(const struct scene_object *object,
-                           const struct shape_set *set, float *record)
+static bool
+sphere_prepare(const struct scene_object *object, const struct shape_set *set,
+               float *record)
 {
     const struct shape_sphere *s = &object->shape.sphere;
     const double *m = object->to_world;
@@ -61,7 +63,8 @@ static bool sphere_prepare(const struct scene_object *object,
     return world;
 }
 
-static void sphere_bounds(const float *s, float lo[3], float hi[3])
+static void
+sphere_bounds(const float *s, float lo[3], float hi[3])
 {
     for (int k = 0; k < 3; k++) {
         lo[k] = s[k] - s[3];
@@ -70,8 +73,8 @@ static void sphere_bounds(const float *s, float lo[3], float hi[3])
 }
 
 /* Back to the world for the few that a transform moved: normal and point. */
-static void sphere_surface_transformed(const struct shape_set *set,
-                                       struct surfaces *s)
+static void
+sphere_surface_transformed(const struct shape_set *set, struct surfaces *s)
 {
     for (uint32_t i = 0; i < s->count; i++) {
         if (s->kind[i] != SHAPE_SPHERE || set->transformed[s->index[i]] == 0)
@@ -89,7 +92,8 @@ static void sphere_surface_transformed(const struct shape_set *set,
     }
 }
 
-static void sphere_surface(const struct shape_set *set, struct surfaces *s)
+static void
+sphere_surface(const struct shape_set *set, struct surfaces *s)
 {
     const float *restrict records = set->records;
     const uint8_t *restrict transformed = set->transformed;
@@ -100,6 +104,7 @@ static void sphere_surface(const struct shape_set *set, struct surfaces *s)
                 s->kind[i] == SHAPE_SPHERE && transformed[s->index[i]] != 0
                     ? SHAPE_KIND_COUNT + SHAPE_SPHERE
                     : s->kind[i];
+    LANE_LOOP
     for (uint32_t i = 0; i < n; i++) {
         bool mine = s->kind[i] == SHAPE_SPHERE;
         uint32_t k = mine ? s->index[i] * 4 : 0;
@@ -122,6 +127,7 @@ static void sphere_surface(const struct shape_set *set, struct surfaces *s)
         s->p[2][i] = mine ? madd(r, nz, cz) : pz;
     }
     if (set->any_transformed) {
+        LANE_LOOP
         for (uint32_t i = 0; i < n; i++)
             s->kind[i] = s->kind[i] == SHAPE_KIND_COUNT + SHAPE_SPHERE
                              ? SHAPE_SPHERE
@@ -132,7 +138,8 @@ static void sphere_surface(const struct shape_set *set, struct surfaces *s)
 
 /* u = phi / 360 with phi = atan2(n.z, n.x) in 0 ... 360, v = 1/2 + asin(n.y) /
  * 180, of the normal in object space. */
-static void sphere_uv(const struct shape_set *set, struct surfaces *s)
+static void
+sphere_uv(const struct shape_set *set, struct surfaces *s)
 {
     for (uint32_t i = 0; i < s->count; i++) {
         if (s->kind[i] != SHAPE_SPHERE)

@@ -13,10 +13,10 @@
 enum { NORMAL = 13, FLAG = 16, NORMALS = 17, UVS = 26, STRIDE = 32 };
 
 /* The acceptance order of SCENE 6.4; all conditions are inclusive. */
-static inline bool triangle_hit(const float *s, const struct shape_rules *rules,
-                                float ox, float oy, float oz, float dx,
-                                float dy, float dz, float ix, float iy,
-                                float iz, float *t)
+static inline bool
+triangle_hit(const float *s, const struct shape_rules *rules, float ox,
+             float oy, float oz, float dx, float dy, float dz, float ix,
+             float iy, float iz, float *t)
 {
     (void)ix, (void)iy, (void)iz, (void)rules;
     struct cramer c = cramer_solve(s, ox, oy, oz, dx, dy, dz);
@@ -29,8 +29,9 @@ static inline bool triangle_hit(const float *s, const struct shape_rules *rules,
 
 #include "core/trace/shape_lanes.h"
 
-static bool triangle_prepare(const struct scene_object *object,
-                             const struct shape_set *set, float *record)
+static bool
+triangle_prepare(const struct scene_object *object, const struct shape_set *set,
+                 float *record)
 {
     const struct shape_triangle *s = &object->shape.triangle;
     double p[3][3], e1[3], e2[3];
@@ -53,7 +54,8 @@ static bool triangle_prepare(const struct scene_object *object,
     return true;
 }
 
-static void triangle_bounds(const float *s, float lo[3], float hi[3])
+static void
+triangle_bounds(const float *s, float lo[3], float hi[3])
 {
     for (int k = 0; k < 3; k++) {
         float a = s[k], b = s[k] + s[3 + k], c = s[k] + s[6 + k];
@@ -74,7 +76,8 @@ triangle_weights(const float *s, const struct surfaces *f, uint32_t i)
                         s[11]);
 }
 
-static void triangle_surface(const struct shape_set *set, struct surfaces *f)
+static void
+triangle_surface(const struct shape_set *set, struct surfaces *f)
 {
     flat_surface(set, f, SHAPE_TRIANGLE, STRIDE, NORMAL);
     for (uint32_t i = 0; i < f->count; i++) {
@@ -97,7 +100,8 @@ static void triangle_surface(const struct shape_set *set, struct surfaces *f)
     }
 }
 
-static void triangle_uv(const struct shape_set *set, struct surfaces *f)
+static void
+triangle_uv(const struct shape_set *set, struct surfaces *f)
 {
     for (uint32_t i = 0; i < f->count; i++) {
         if (f->kind[i] != SHAPE_TRIANGLE)

@@ -108,51 +108,58 @@ extern const struct shape_ops shape_sphere_ops, shape_box_ops, shape_plane_ops,
 extern const struct shape_ops *const shape_table[SHAPE_KIND_COUNT];
 
 /* Everything above from a scene. ERROR_MEMORY. */
-bool geometry_build(const struct scene *scene, size_t memory_max,
-                    struct geometry *geometry, struct error *err);
-void geometry_clear(struct geometry *geometry);
+bool
+geometry_build(const struct scene *scene, size_t memory_max,
+               struct geometry *geometry, struct error *err);
+void
+geometry_clear(struct geometry *geometry);
 
 /* surfaces from rays and hits: misses dropped, order kept; live[j] is the ray
  * of surface j. */
-void surfaces_fill(const struct geometry *geometry, const struct rays *rays,
-                   const struct hits *hits, struct surfaces *surfaces,
-                   uint32_t *live);
+void
+surfaces_fill(const struct geometry *geometry, const struct rays *rays,
+              const struct hits *hits, struct surfaces *surfaces,
+              uint32_t *live);
 
 /* World bounds of one primitive, with a margin for the rounding of its own
  * intersection test: no hit lies outside. */
-void shape_world_bounds(const struct shape_set *set, uint32_t index,
-                        float lo[3], float hi[3]);
+void
+shape_world_bounds(const struct shape_set *set, uint32_t index, float lo[3],
+                   float hi[3]);
 
-void mesh_surface(const struct geometry *geometry, struct surfaces *surfaces);
-void mesh_uv(const struct geometry *geometry, struct surfaces *surfaces);
+void
+mesh_surface(const struct geometry *geometry, struct surfaces *surfaces);
+void
+mesh_uv(const struct geometry *geometry, struct surfaces *surfaces);
 
 /* 1 / d with a large finite number for 0: a ray that runs inside a face of a
  * box then gives no NaN. */
-static inline float lane_invert(float d)
+static inline float
+lane_invert(float d)
 {
     float size = d < 0.0f ? -d : d;
     return size < 1e-30f ? 1e30f : 1.0f / d;
 }
 
 /* p through rows of 3 x 4. */
-static inline void matrix_point(const float m[12], float x, float y, float z,
-                                float out[3])
+static inline void
+matrix_point(const float m[12], float x, float y, float z, float out[3])
 {
     for (int r = 0; r < 3; r++)
         out[r] =
             m[4 * r] * x + m[4 * r + 1] * y + m[4 * r + 2] * z + m[4 * r + 3];
 }
 
-static inline void matrix_vector(const float m[12], float x, float y, float z,
-                                 float out[3])
+static inline void
+matrix_vector(const float m[12], float x, float y, float z, float out[3])
 {
     for (int r = 0; r < 3; r++)
         out[r] = m[4 * r] * x + m[4 * r + 1] * y + m[4 * r + 2] * z;
 }
 
 /* Row vector times matrix: normals, with m the inverse transform. */
-static inline void matrix_normal(const float m[12], float x, float y, float z,
-                                 float out[3])
+static inline void
+matrix_normal(const float m[12], float x, float y, float z, float out[3])
 {
     for (int c = 0; c < 3; c++)
         out[c] = m[c] * x + m[4 + c] * y + m[8 + c] * z;

@@ -3,9 +3,10 @@
 #include "core/base/math.h"
 #include "core/trace/textures.h"
 
-void texture_checker(const struct scene_texture *texture, uint32_t n,
-                     float p[restrict 3][BATCH_MAX], unsigned dimensions,
-                     float out[restrict 3][BATCH_MAX])
+void
+texture_checker(const struct scene_texture *texture, uint32_t n,
+                float p[restrict 3][BATCH_MAX], unsigned dimensions,
+                float out[restrict 3][BATCH_MAX])
 {
     uint32_t padded = lanes_up(n);
     float a[3], b[3];

@@ -1,9 +1,10 @@
 /* texture_constant.c - one colour. */
 #include "core/trace/textures.h"
 
-void texture_constant(const struct scene_texture *texture, uint32_t n,
-                      float p[3][BATCH_MAX], unsigned dimensions,
-                      float out[3][BATCH_MAX])
+void
+texture_constant(const struct scene_texture *texture, uint32_t n,
+                 float p[3][BATCH_MAX], unsigned dimensions,
+                 float out[3][BATCH_MAX])
 {
     (void)p;
     (void)dimensions;

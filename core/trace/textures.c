@@ -22,11 +22,11 @@ static const struct {
     [MAPPING_OBJECT_XYZ] = {3, {0, 1, 2}, true},
 };
 
-static void coordinates(const struct scene_texture *texture,
-                        const struct geometry *geometry,
-                        const struct surfaces *s, uint32_t n,
-                        const uint32_t *restrict list,
-                        float p[restrict 3][BATCH_MAX])
+static void
+coordinates(const struct scene_texture *texture,
+            const struct geometry *geometry, const struct surfaces *s,
+            uint32_t n, const uint32_t *restrict list,
+            float p[restrict 3][BATCH_MAX])
 {
     unsigned dimensions = mapping_table[texture->mapping].dimensions;
     const int *axis = mapping_table[texture->mapping].axis;
@@ -39,6 +39,7 @@ static void coordinates(const struct scene_texture *texture,
             texture->mapping == MAPPING_UV ? s->uv[axis[c]] : s->p[axis[c]];
         float *restrict to = p[c];
         if (!object) {
+            LANE_LOOP
             for (uint32_t j = 0; j < n; j++)
                 to[j] = scale * from[list[j]] + offset;
             continue;
@@ -53,9 +54,10 @@ static void coordinates(const struct scene_texture *texture,
     }
 }
 
-void textures_apply(const struct scene *scene, const struct geometry *geometry,
-                    const struct surfaces *s, const int32_t *texture,
-                    float color[3][BATCH_MAX], struct texture_scratch *w)
+void
+textures_apply(const struct scene *scene, const struct geometry *geometry,
+               const struct surfaces *s, const int32_t *texture,
+               float color[3][BATCH_MAX], struct texture_scratch *w)
 {
     uint32_t left = 0;
     for (uint32_t i = 0; i < s->count; i++) {
@@ -82,8 +84,10 @@ void textures_apply(const struct scene *scene, const struct geometry *geometry,
         coordinates(t, geometry, s, lanes_up(n), w->list, w->p);
         texture_table[t->kind](t, n, w->p, mapping_table[t->mapping].dimensions,
                                w->out);
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3; k++) {
+            LANE_LOOP
             for (uint32_t j = 0; j < n; j++)
                 color[k][w->list[j]] = w->out[k][j];
+        }
     }
 }

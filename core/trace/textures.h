@@ -17,12 +17,14 @@ typedef void (*texture_fn)(const struct scene_texture *texture, uint32_t n,
                            float p[3][BATCH_MAX], unsigned dimensions,
                            float out[3][BATCH_MAX]);
 
-void texture_constant(const struct scene_texture *texture, uint32_t n,
-                      float p[3][BATCH_MAX], unsigned dimensions,
-                      float out[3][BATCH_MAX]);
-void texture_checker(const struct scene_texture *texture, uint32_t n,
-                     float p[3][BATCH_MAX], unsigned dimensions,
-                     float out[3][BATCH_MAX]);
+void
+texture_constant(const struct scene_texture *texture, uint32_t n,
+                 float p[3][BATCH_MAX], unsigned dimensions,
+                 float out[3][BATCH_MAX]);
+void
+texture_checker(const struct scene_texture *texture, uint32_t n,
+                float p[3][BATCH_MAX], unsigned dimensions,
+                float out[3][BATCH_MAX]);
 
 struct texture_scratch {
     COLUMN(uint32_t, list);
@@ -33,8 +35,9 @@ struct texture_scratch {
 
 /* color[i] of every surface i with texture[i] >= 0 becomes that texture's
  * value; the others stay. */
-void textures_apply(const struct scene *scene, const struct geometry *geometry,
-                    const struct surfaces *surfaces, const int32_t *texture,
-                    float color[3][BATCH_MAX], struct texture_scratch *scratch);
+void
+textures_apply(const struct scene *scene, const struct geometry *geometry,
+               const struct surfaces *surfaces, const int32_t *texture,
+               float color[3][BATCH_MAX], struct texture_scratch *scratch);
 
 #endif

@@ -5,7 +5,8 @@
 #include "core/trace/sampler.h"
 
 /* Even bits of x, packed. */
-static uint32_t even_bits(uint32_t x)
+static uint32_t
+even_bits(uint32_t x)
 {
     x &= 0x55555555u;
     x = (x | x >> 1) & 0x33333333u;
@@ -14,7 +15,8 @@ static uint32_t even_bits(uint32_t x)
     return (x | x >> 8) & 0x0000ffffu;
 }
 
-static void tile_pixels(const struct plan *plan, uint32_t index, struct tile *t)
+static void
+tile_pixels(const struct plan *plan, uint32_t index, struct tile *t)
 {
     uint32_t left = index % plan->tiles_x * TILE_SIZE;
     uint32_t top = index / plan->tiles_x * TILE_SIZE;
@@ -35,7 +37,8 @@ static void tile_pixels(const struct plan *plan, uint32_t index, struct tile *t)
 }
 
 /* Misses, until a hit says otherwise. */
-static void film_start(const struct tile *t, struct film *film)
+static void
+film_start(const struct tile *t, struct film *film)
 {
     float *depth = film->layers[LAYER_DEPTH];
     float *normal = film->layers[LAYER_NORMAL];
@@ -51,7 +54,8 @@ static void film_start(const struct tile *t, struct film *film)
     }
 }
 
-static void film_add(const struct tile *t, float spp, struct film *film)
+static void
+film_add(const struct tile *t, float spp, struct film *film)
 {
     float *beauty = film->layers[LAYER_BEAUTY];
     float *albedo = film->layers[LAYER_ALBEDO];
@@ -66,8 +70,9 @@ static void film_add(const struct tile *t, float spp, struct film *film)
     }
 }
 
-void tile_run(const struct plan *plan, uint32_t index, struct tile *t,
-              struct film *film)
+void
+tile_run(const struct plan *plan, uint32_t index, struct tile *t,
+         struct film *film)
 {
     const struct scene *scene = plan->scene;
     tile_pixels(plan, index, t);

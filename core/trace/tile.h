@@ -50,13 +50,15 @@ struct tile {
 };
 
 /* Traces tile `index` into the film; adds to tile->rays_traced. */
-void tile_run(const struct plan *plan, uint32_t index, struct tile *tile,
-              struct film *film);
+void
+tile_run(const struct plan *plan, uint32_t index, struct tile *tile,
+         struct film *film);
 
 /* whitted.c: shades the camera rays in tile->rays (slot i = ray i) and leaves
  * the sample's radiance in tile->color. With `first`, the film's data layers
  * of the pixels are written. */
-void whitted_shade(const struct plan *plan, struct tile *tile, bool first,
-                   struct film *film);
+void
+whitted_shade(const struct plan *plan, struct tile *tile, bool first,
+              struct film *film);
 
 #endif

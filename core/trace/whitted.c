@@ -12,25 +12,28 @@
 #include "core/scene/vec.h"
 #include "core/trace/tile.h"
 
-static inline float at_least_0(float x)
+static inline float
+at_least_0(float x)
 {
     return x > 0.0f ? x : 0.0f;
 }
 
-static inline float absolute(float x)
+static inline float
+absolute(float x)
 {
     return __builtin_fabsf(x);
 }
 
-static bool is_course(const struct plan *plan)
+static bool
+is_course(const struct plan *plan)
 {
     return plan->scene->integrator.accumulation != ACCUMULATION_RECURSIVE;
 }
 
 /* ---- Misses ---- */
 
-static void background_color(const struct scene_background *b, float dy,
-                             float out[3])
+static void
+background_color(const struct scene_background *b, float dy, float out[3])
 {
     float w = b->kind == BACKGROUND_GRADIENT ? 0.5f * (dy + 1.0f) : 0.0f;
     for (int k = 0; k < 3; k++) {
@@ -41,8 +44,8 @@ static void background_color(const struct scene_background *b, float dy,
 
 /* Rays that left the scene: the background, times their weight. In the course
  * only camera rays see it. */
-static void shade_misses(const struct plan *plan, struct tile *t,
-                         uint32_t depth)
+static void
+shade_misses(const struct plan *plan, struct tile *t, uint32_t depth)
 {
     const struct scene_background *b = &plan->scene->background;
     bool course = is_course(plan);
@@ -61,7 +64,8 @@ static void shade_misses(const struct plan *plan, struct tile *t,
 
 /* ---- Data layers ---- */
 
-static void film_data(const struct tile *t, struct film *film)
+static void
+film_data(const struct tile *t, struct film *film)
 {
     const struct surfaces *s = &t->surfaces;
     float *depth = film->layers[LAYER_DEPTH];
@@ -80,7 +84,8 @@ static void film_data(const struct tile *t, struct film *film)
     }
 }
 
-static void film_albedo(struct tile *t, const struct film *film)
+static void
+film_albedo(struct tile *t, const struct film *film)
 {
     if (film->layers[LAYER_ALBEDO] == NULL)
         return;
@@ -92,7 +97,8 @@ static void film_albedo(struct tile *t, const struct film *film)
 /* ---- Local light ---- */
 
 /* recursive: geometric normal against the ray, shading normal with it. */
-static void turn_normals(struct surfaces *s)
+static void
+turn_normals(struct surfaces *s)
 {
     uint32_t n = lanes_up(s->count);
     for (uint32_t j = 0; j < n; j++) {
@@ -112,8 +118,9 @@ static void turn_normals(struct surfaces *s)
 
 /* What one light sample adds when nothing is in between: min(A + I falloff (k_d
  * n.l + k_s n.h^p), clamp) - A; without a clamp the middle part alone. */
-static void light_terms(const struct plan *plan,
-                        const struct scene_light *light, struct tile *t)
+static void
+light_terms(const struct plan *plan, const struct scene_light *light,
+            struct tile *t)
 {
     const struct surfaces *restrict s = &t->surfaces;
     const struct light_batch *restrict b = &t->light;
@@ -158,8 +165,8 @@ static void light_terms(const struct plan *plan,
 }
 
 /* Shadow rays for the surfaces in t->list; a blocked one loses its term. */
-static void shadow_terms(const struct plan *plan, uint32_t count,
-                         struct tile *t)
+static void
+shadow_terms(const struct plan *plan, uint32_t count, struct tile *t)
 {
     const struct surfaces *restrict s = &t->surfaces;
     const struct light_batch *restrict b = &t->light;
@@ -169,6 +176,7 @@ static void shadow_terms(const struct plan *plan, uint32_t count,
     uint32_t n = lanes_up(count);
     for (uint32_t i = count; i < n; i++)
         t->list[i] = 0;
+    LANE_LOOP
     for (uint32_t i = 0; i < n; i++) {
         uint32_t j = t->list[i];
         float lx = b->l[0][j], ly = b->l[1][j], lz = b->l[2][j];
@@ -199,7 +207,8 @@ static void shadow_terms(const struct plan *plan, uint32_t count,
     }
 }
 
-static void add_light(const struct plan *plan, uint32_t index, struct tile *t)
+static void
+add_light(const struct plan *plan, uint32_t index, struct tile *t)
 {
     const struct scene_light *light = &plan->lights[index];
     uint32_t positions = plan->light_positions[index];
@@ -232,7 +241,8 @@ static void add_light(const struct plan *plan, uint32_t index, struct tile *t)
 }
 
 /* t->local = everything a surface sends by itself. */
-static void local_light(const struct plan *plan, struct tile *t)
+static void
+local_light(const struct plan *plan, struct tile *t)
 {
     const struct scene_integrator *g = &plan->scene->integrator;
     uint32_t n = lanes_up(t->surfaces.count);
@@ -255,7 +265,8 @@ static void local_light(const struct plan *plan, struct tile *t)
 
 /* ---- Accumulation ---- */
 
-static void accumulate_recursive(struct tile *t)
+static void
+accumulate_recursive(struct tile *t)
 {
     for (int k = 0; k < 3; k++)
         for (uint32_t j = 0; j < t->surfaces.count; j++) {
@@ -264,7 +275,8 @@ static void accumulate_recursive(struct tile *t)
         }
 }
 
-static void accumulate_course(const struct plan *plan, struct tile *t)
+static void
+accumulate_course(const struct plan *plan, struct tile *t)
 {
     const struct scene_integrator *g = &plan->scene->integrator;
     const struct surfaces *s = &t->surfaces;
@@ -297,7 +309,8 @@ static void accumulate_course(const struct plan *plan, struct tile *t)
 
 /* Which surfaces send a ray on: in the course all, else those whose product of
  * mirrors is not zero. The weight of surface j goes to t->base. */
-static uint32_t choose_next(const struct plan *plan, struct tile *t)
+static uint32_t
+choose_next(const struct plan *plan, struct tile *t)
 {
     uint32_t count = 0, n = t->surfaces.count;
     if (is_course(plan)) {
@@ -321,7 +334,8 @@ static uint32_t choose_next(const struct plan *plan, struct tile *t)
     return count;
 }
 
-static void next_rays(const struct plan *plan, uint32_t count, struct tile *t)
+static void
+next_rays(const struct plan *plan, uint32_t count, struct tile *t)
 {
     const struct surfaces *restrict s = &t->surfaces;
     struct rays *restrict r = &t->rays;
@@ -330,6 +344,7 @@ static void next_rays(const struct plan *plan, uint32_t count, struct tile *t)
     uint32_t n = lanes_up(count);
     for (uint32_t i = count; i < n; i++)
         t->keep[i] = 0;
+    LANE_LOOP
     for (uint32_t i = 0; i < n; i++) {
         uint32_t j = t->keep[i];
         float nx = s->n[0][j], ny = s->n[1][j], nz = s->n[2][j];
@@ -361,7 +376,8 @@ static void next_rays(const struct plan *plan, uint32_t count, struct tile *t)
             t->weight[k][i] = t->base[k][t->keep[i]];
 }
 
-static void start_sample(const struct plan *plan, struct tile *t)
+static void
+start_sample(const struct plan *plan, struct tile *t)
 {
     uint32_t n = lanes_up(t->count);
     for (int k = 0; k < 3; k++)
@@ -374,7 +390,8 @@ static void start_sample(const struct plan *plan, struct tile *t)
             t->weight[k][i] = 1.0f;
 }
 
-static void end_course(struct tile *t)
+static void
+end_course(struct tile *t)
 {
     uint32_t n = lanes_up(t->count);
     for (uint32_t i = 0; i < n; i++) {
@@ -386,8 +403,9 @@ static void end_course(struct tile *t)
     }
 }
 
-void whitted_shade(const struct plan *plan, struct tile *t, bool first,
-                   struct film *film)
+void
+whitted_shade(const struct plan *plan, struct tile *t, bool first,
+              struct film *film)
 {
     const struct scene *scene = plan->scene;
     const struct geometry *geometry = accel_geometry(plan->accel);
