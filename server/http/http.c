@@ -23,6 +23,7 @@
 #include "core/base/must.h"
 #include "server/http/gate.h"
 #include "server/http/range.h"
+#include "server/http/tap.h"
 
 enum {
     POOL_BYTES = 8 * 1024, /* the library's memory per connection: the
@@ -124,10 +125,6 @@ struct http {
     size_t closing_count;
     bool stopping, watchman_off;
 };
-
-/* The server whose loop this thread is. Set when the loop accepts, read by the
- * tap below. */
-static _Thread_local struct http *loop;
 
 /* --- lists and tickets, under the lock --- */
 
@@ -336,16 +333,12 @@ static void answer_late(struct conn *conn)
         answer_raw(conn, HTTP_REFUSE_MALFORMED, detail);
 }
 
-/* --- the tap --- */
+/* --- the gate --- */
 
-/* libmicrohttpd reads its sockets with recv(). This definition takes the place
- * of libc's in the whole program, as every program may do with a symbol of a
- * shared library, so each byte of a connection passes the gate before the
- * library sees it, without a copy and without a second socket. On any other
- * thread and for any other descriptor it is recv() and nothing else. Were it
- * ever bypassed, begin_request() would find no head that the gate let through
- * and serve nobody. */
-static ssize_t tap(struct conn *conn, void *data, size_t len, int flags)
+/* Each byte of a connection comes by here before the library sees it (tap.h).
+ * Were it ever bypassed, begin_request() would find no head that the gate let
+ * through and serve nobody. */
+static ssize_t pass_gate(struct conn *conn, void *data, size_t len, int flags)
 {
     /* After a park the library reads once although it has a request to serve.
      * Its bytes, or what the gate has to say, come behind the answer. */
@@ -382,12 +375,12 @@ static ssize_t tap(struct conn *conn, void *data, size_t len, int flags)
     return (ssize_t)whole;
 }
 
-ssize_t recv(int fd, void *data, size_t len, int flags)
+static ssize_t on_receive(void *user, int fd, void *data, size_t len, int flags)
 {
-    struct conn *conn = NULL;
-    if (loop != NULL && fd >= 0 && (size_t)fd < loop->by_fd_count)
-        conn = loop->by_fd[fd];
-    return conn != NULL ? tap(conn, data, len, flags)
+    struct http *http = user;
+    struct conn *conn =
+        fd >= 0 && (size_t)fd < http->by_fd_count ? http->by_fd[fd] : NULL;
+    return conn != NULL ? pass_gate(conn, data, len, flags)
                         : recvfrom(fd, data, len, flags, NULL, NULL);
 }
 
@@ -817,7 +810,7 @@ static void on_connection(void *user, struct MHD_Connection *mhd,
                           enum MHD_ConnectionNotificationCode code)
 {
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
-        loop = user;
+        tap_install(on_receive, user);
         *context = conn_new(user, mhd);
         if (*context != NULL)
             start_timing(*context);

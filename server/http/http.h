@@ -8,9 +8,9 @@
  * which the library does not; it calls no handler.
  *
  * Every byte received passes the header gate (gate.h) before the library sees
- * it: http.c takes the place of recv() for the sockets of its loop, and serves
- * no request whose head the gate did not see. HEAD comes to the handler as GET
- * and is answered without a body. A 200 with a file honours Range.
+ * it (tap.h), and no request is served whose head the gate did not see. HEAD
+ * comes to the handler as GET and is answered without a body. A 200 with a file
+ * honours Range.
  *
  * Refused here, before the handler, with problem+json from `refuse`: a request
  * with Content-Length and Transfer-Encoding, with two Content-Lengths, HTTP/1.1
