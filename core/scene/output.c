@@ -181,15 +181,12 @@ bool output_read(const struct json *node, struct output *output,
                  struct error_list *errors)
 {
     struct reader r = {.arena = errors->arena, .errors = errors, .root = node};
-    size_t before = errors->count;
-    bool truncated = errors->truncated;
     output_default(output);
     if (node == NULL)
         return true;
     output->layer_count = 0;
     read_members(&r, node, NULL, &kind_output, output);
-    error_list_sort(errors);
-    return errors->count == before && errors->truncated == truncated;
+    return reader_tell_all(&r);
 }
 
 void output_write(const struct output *output, struct bytes *out)

@@ -315,6 +315,6 @@ void check_document(struct reader *r)
                  "material");
     check_cycles(r, "definitions", &r->definitions, of, COUNT_OF(of),
                  "definition");
-    if (r->faults == 0 && r->errors->count == 0 && !r->arena->failed)
+    if (r->faults == 0 && r->items.count == 0 && !r->arena->failed)
         check_rays(r);
 }

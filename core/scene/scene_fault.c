@@ -9,26 +9,61 @@ enum {
     WORDS_MAX = 96 /* names one place allows */
 };
 
+const char *or_word(const char *text)
+{
+    return text != NULL ? text : "it";
+}
+
 bool can_tell(const struct reader *r)
 {
-    return !r->silent && r->errors->count < ERROR_LIST_MAX;
+    return !r->silent && r->items.count < LIMIT_FAULTS;
 }
 
 static void tell(struct reader *r, enum error_code code,
                  const struct json *node, bool at_key, const char *hint,
                  const char *fix, const char *format, va_list args)
 {
-    if (r->silent)
-        return;
     if (!can_tell(r)) {
-        r->errors->truncated = true;
+        r->dropped = r->dropped || !r->silent;
         return;
     }
-    const char *detail = arena_vprintf(r->arena, format, args);
-    error_list_add(r->errors, code, json_pointer(node, r->arena),
-                   at_key ? node->key_line : node->line,
-                   at_key ? node->key_column : node->column, hint, fix, "%s",
-                   detail != NULL ? detail : "no memory is left to say more");
+    struct error_item item = {
+        .code = code,
+        .pointer = json_pointer(node, r->arena),
+        .line = at_key ? node->key_line : node->line,
+        .column = at_key ? node->key_column : node->column,
+        .detail = or_word(arena_vprintf(r->arena, format, args)),
+        .hint = hint,
+        .fix = fix,
+    };
+    reader_push(r, &r->items, &item, sizeof item);
+}
+
+bool reader_tell_all(struct reader *r)
+{
+    struct error_item *items = r->items.items;
+    uint32_t count = r->items.count;
+    /* Insertion sort: few items, mostly in order already, and it is stable. */
+    for (uint32_t i = 1; i < count; i++) {
+        struct error_item item = items[i];
+        uint32_t j = i;
+        for (; j > 0 && (items[j - 1].line > item.line ||
+                         (items[j - 1].line == item.line &&
+                          items[j - 1].column > item.column));
+             j--)
+            items[j] = items[j - 1];
+        items[j] = item;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        error_list_add(r->errors, items[i].code, items[i].pointer,
+                       items[i].line, items[i].column, items[i].hint,
+                       items[i].fix, "%s", items[i].detail);
+    r->errors->truncated = r->errors->truncated || r->dropped;
+    if (r->arena->failed)
+        error_list_add(r->errors, ERROR_MEMORY, NULL, 0, 0, NULL, NULL,
+                       "the document needs more memory than it may have");
+    error_list_sort(r->errors);
+    return count == 0 && r->faults == 0 && !r->arena->failed;
 }
 
 bool fault(struct reader *r, enum error_code code, const struct json *value,
@@ -67,11 +102,6 @@ static void tell_text(struct reader *r, enum error_code code,
     va_start(args, format);
     tell(r, code, value, false, hint, NULL, format, args);
     va_end(args);
-}
-
-const char *or_word(const char *text)
-{
-    return text != NULL ? text : "it";
 }
 
 bool fault_not_yet(struct reader *r, enum error_code code,

@@ -4,6 +4,7 @@
 #include <stdalign.h>
 #include <string.h>
 
+#include "core/base/must.h"
 #include "core/scene/scene_reader.h"
 
 /* --- rows ---------------------------------------------------------------------- */
@@ -135,6 +136,8 @@ bool reader_push(struct reader *r, struct vector *vector, const void *item,
 
 /* --- the walk --------------------------------------------------------------------- */
 
+enum { ROWS_MAX = 64 };
+
 /* Fields of one object: the family's common ones, then the kind's. */
 struct rows {
     const struct family *family;
@@ -175,64 +178,66 @@ static void read_field(struct reader *r, const struct json *value,
                       "leave it out for now");
 }
 
-/* The members that have a row, early or late ones; bits of those seen. */
-static uint64_t read_given(struct reader *r, const struct json *object,
-                           const struct rows *rows, bool late, void *to)
+/* Which member stands for which row; members without a row are told. */
+static void find_given(struct reader *r, const struct json *object,
+                       const struct rows *rows, const struct json **given)
 {
-    uint64_t seen = 0;
-    if (object == NULL)
-        return 0;
-    for (const struct json *m = object->child; m != NULL; m = m->next) {
+    const struct json *m = object != NULL ? object->child : NULL;
+    for (; m != NULL; m = m->next) {
         if (rows->family != NULL && strcmp(m->key, "type") == 0)
             continue;
         size_t i = row_find(rows, m->key);
-        if (i == SIZE_MAX) {
-            if (!late && rows->kind != NULL)
-                fault_unknown_key(r, m, rows->family, rows->kind);
-            continue;
-        }
-        const struct field *field = row_at(rows, i);
-        seen |= UINT64_C(1) << i;
-        if (((field->flags & FIELD_LATE) != 0) == late)
-            read_field(r, m, field, to);
+        if (i != SIZE_MAX)
+            given[i] = m;
+        else if (rows->kind != NULL)
+            fault_unknown_key(r, m, rows->family, rows->kind);
     }
-    return seen;
 }
 
 static void read_absent(struct reader *r, const struct json *object,
-                        const struct rows *rows, uint64_t seen, void *to)
+                        const struct rows *rows, const struct field *field,
+                        void *to)
 {
-    size_t count = row_count(rows);
-    for (size_t i = 0; i < count; i++) {
-        const struct field *field = row_at(rows, i);
-        if (seen & UINT64_C(1) << i)
-            continue;
-        if ((field->flags & FIELD_REQUIRED) && object != NULL) {
-            const char *noun =
-                rows->kind != NULL ? rows->kind->name : rows->family->noun;
-            fault(r, ERROR_PROPERTY_MISSING, object,
-                  arena_printf(r->arena, "add `%s`", field->name), NULL,
-                  "a `%s` needs `%s`", noun, field->name);
-        } else {
-            read_default(r, object, field, to);
-        }
+    if ((field->flags & FIELD_REQUIRED) && object != NULL) {
+        const char *noun =
+            rows->kind != NULL ? rows->kind->name : rows->family->noun;
+        fault(r, ERROR_PROPERTY_MISSING, object,
+              can_tell(r) ? arena_printf(r->arena, "add `%s`", field->name)
+                          : NULL,
+              NULL, "a `%s` needs `%s`", noun, field->name);
+    } else {
+        read_default(r, object, field, to);
     }
 }
 
+/* Rows are read in the order of the table, whatever the document's order is:
+ * so inline textures and materials get the same indices in canonical text. */
 void read_members(struct reader *r, const struct json *object,
                   const struct family *family, const struct kind *kind,
                   void *to)
 {
     struct rows rows = {family, kind};
+    const struct json *given[ROWS_MAX] = {NULL};
+    size_t count = row_count(&rows);
     if (object != NULL && object->type != JSON_OBJECT) {
         fault_type(r, object, "an object");
         return;
     }
-    uint64_t seen = read_given(r, object, &rows, false, to);
-    read_absent(r, object, &rows, seen, to);
+    MUST(count <= ROWS_MAX);
+    find_given(r, object, &rows, given);
+    for (size_t i = 0; i < count; i++) {
+        const struct field *field = row_at(&rows, i);
+        if (given[i] == NULL)
+            read_absent(r, object, &rows, field, to);
+        else if (!(field->flags & FIELD_LATE))
+            read_field(r, given[i], field, to);
+    }
     if (kind != NULL && kind->check != NULL)
         kind->check(r, object, to);
-    read_given(r, object, &rows, true, to);
+    for (size_t i = 0; i < count; i++) {
+        if (given[i] != NULL && (row_at(&rows, i)->flags & FIELD_LATE))
+            read_field(r, given[i], row_at(&rows, i), to);
+    }
 }
 
 /* The kinds of a family, those ready first, as words for a hint. */
@@ -357,8 +362,6 @@ bool scene_read(const struct json *root, const struct scene_limits *limits,
                        .root = root,
                        .slot = SCENE_NONE,
                        .default_material = SCENE_NONE};
-    size_t before = errors->count;
-    bool truncated = errors->truncated;
     *scene = (struct scene){.arena = arena};
     set_limits(&r, limits);
 
@@ -370,11 +373,7 @@ bool scene_read(const struct json *root, const struct scene_limits *limits,
         keep(&r);
         check_document(&r);
     }
-    if (arena->failed)
-        error_list_add(errors, ERROR_MEMORY, NULL, 0, 0, NULL, NULL,
-                       "the scene needs more memory than it may have");
-    error_list_sort(errors);
-    if (errors->count > before || errors->truncated != truncated)
+    if (!reader_tell_all(&r))
         return false;
     finish_camera(&r);
     return true;

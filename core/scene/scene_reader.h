@@ -28,7 +28,8 @@ enum {
     LIMIT_LIGHTS = 256,
     LIMIT_ASSETS = 64,
     LIMIT_EXTRAS = 16 * 1024,
-    LIMIT_TEXT = 4096
+    LIMIT_TEXT = 4096,
+    LIMIT_FAULTS = 400 /* kept, of which the first 50 are told */
 };
 #define LIMIT_PIXELS    16777216.0
 #define LIMIT_TRIANGLES 10000000.0
@@ -74,12 +75,14 @@ struct vector {
 
 struct reader {
     struct arena *arena;
-    struct error_list *errors;
+    struct error_list *errors; /* filled at the end, see reader_tell_all */
+    struct vector items;       /* struct error_item, in the order found */
     struct scene *scene;
     const struct json *root;
     struct scene_limits limits; /* no zeros */
     uint32_t faults;            /* all errors but not_yet */
     bool silent;                /* read again what has been checked */
+    bool dropped;               /* more than LIMIT_FAULTS */
 
     struct names materials, textures, definitions, assets, objects;
     bool *texture_reflects; /* [named textures] a reflectance uses it */
@@ -98,6 +101,10 @@ struct reader {
 };
 
 /* --- scene_fault.c: all return false ------------------------------------- */
+
+/* Put what was found into the list of errors, in document order; true if there
+ * was nothing and memory sufficed. */
+bool reader_tell_all(struct reader *r);
 
 /* Is there room for one more error? What costs time to say asks first. */
 bool can_tell(const struct reader *r);
