@@ -125,7 +125,11 @@ void progress_erase(struct progress *progress)
 {
     if (progress->drawn == 0)
         return;
-    fprintf(progress->file, "\r%*s\r", (int)progress->drawn, "");
+    /* The terminal may have written ^C behind it. */
+    size_t width = progress->drawn + 2;
+    if (width >= progress->columns)
+        width = progress->columns - 1;
+    fprintf(progress->file, "\r%*s\r", (int)width, "");
     fflush(progress->file);
     progress->drawn = 0;
 }

@@ -7,7 +7,6 @@
 #include "cli/exit.h"
 #include "cli/interrupt.h"
 #include "core/base/clock.h"
-#include "core/base/isa.h"
 #include "core/scene/scene_json.h"
 #include "server/worker/child.h"
 
@@ -72,13 +71,6 @@ static bool send_ask(struct session *s, struct error *err)
     struct bytes scene = {0}, output = {0};
     bool ok = false;
 
-    if (strcmp(s->child.about.build, glint_build) != 0) {
-        error_set(err, ERROR_PROTOCOL,
-                  "glint-worker is another build (%.12s) than glint (%.12s); "
-                  "install both together",
-                  s->child.about.build, glint_build);
-        goto out;
-    }
     scene_write_canonical(ask->document->scene_root, &scene);
     output_write(ask->output, &output);
     if (scene.failed || output.failed) {
@@ -141,8 +133,7 @@ static int on_gone(struct session *s, enum wire_status status,
     if (s->why != STATUS_OK)
         return s->why;
     if (status == WIRE_BROKEN)
-        snprintf(text, sizeof text, "the worker broke the protocol: %s",
-                 err->text);
+        snprintf(text, sizeof text, "the worker was given up: %s", err->text);
     else
         snprintf(text, sizeof text, "the worker process was lost: %s",
                  how[0] ? how : "it closed its socket");

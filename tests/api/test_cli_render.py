@@ -433,7 +433,7 @@ def test_quiet_and_dumb_terminals_get_no_bar(tmp_path):
 def test_ctrl_c_on_a_terminal_erases_the_bar(tmp_path):
     status, drawn = on_terminal(
         ["render", TABLE, "-o", "a.png", *ENDLESS], cwd=tmp_path,
-        keys=(1.5, b"\x03"))
+        keys=(1.5, b"\x03"), NO_COLOR="1")
     assert status == 130
     assert re.search(r"\r +\rglint render: interrupted; nothing was written"
                      r"\r\n$", drawn), drawn[-200:]

@@ -101,7 +101,7 @@ static void an_erased_bar_leaves_blanks(void **state)
     progress_erase(&progress);  /* nothing left to erase */
     progress_finish(&progress); /* nor to finish */
     fclose(to.file);
-    assert_int_equal(len, 1 + drawn + 1 + drawn + 1);
+    assert_int_equal(len, 1 + drawn + 1 + (drawn + 2) + 1);
     for (size_t i = 1 + drawn + 1; i < len - 1; i++)
         assert_int_equal(data[i], ' ');
     assert_int_equal(data[len - 1], '\r');
