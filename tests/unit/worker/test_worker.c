@@ -36,8 +36,8 @@ static const char small[] =
     "\"center\":[0,0,0]},{\"type\":\"plane\",\"offset\":-1}]}";
 /* Minutes of work on any machine. */
 static const char endless[] =
-    "{\"film\":{\"width\":512,\"height\":512},\"sampler\":{\"type\":"
-    "\"stratified\",\"spp\":16384},\"objects\":[{\"type\":\"sphere\"},"
+    "{\"film\":{\"width\":4096,\"height\":4096},\"sampler\":{\"type\":"
+    "\"stratified\",\"spp\":100},\"objects\":[{\"type\":\"sphere\"},"
     "{\"type\":\"plane\",\"offset\":-1}]}";
 
 static double ms_since(int64_t start_us)
@@ -411,6 +411,7 @@ static void it_dies_with_its_parent(void **state)
         pause();
         _exit(0);
     }
+    close(report[1]); /* or read would wait for us, should the parent fail */
     pid_t worker = 0;
     assert_int_equal(read(report[0], &worker, sizeof worker), sizeof worker);
     int pidfd = pidfd_open(worker, 0);
@@ -423,7 +424,6 @@ static void it_dies_with_its_parent(void **state)
     waitpid(parent, NULL, 0);
     close(pidfd);
     close(report[0]);
-    close(report[1]);
 }
 
 static struct bytes proc_file(pid_t pid, const char *name)
