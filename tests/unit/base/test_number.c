@@ -1,10 +1,12 @@
 /* Given any finite double, its text reads back the same and nothing shorter
  * does. */
-#include <cmocka.h>
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include <cmocka.h>
 
 #include <float.h>
 #include <math.h>

@@ -1,10 +1,12 @@
 /* Every code of SCENE section 8 that a scene document can earn, with the value
  * it names; and the fixes, which must mend what they are offered for. */
-#include <cmocka.h>
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include <cmocka.h>
 
 #include <stdio.h>
 #include <stdlib.h>

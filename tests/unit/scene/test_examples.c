@@ -1,10 +1,12 @@
 /* The published documents: good ones are accepted, bad ones give exactly the
  * errors that examples/bad/expected.json lists. */
-#include <cmocka.h>
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include <cmocka.h>
 
 #include <stdio.h>
 #include <stdlib.h>
