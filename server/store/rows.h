@@ -63,6 +63,10 @@ struct rows_ops {
     /* The clock never goes back. */
     bool (*set_clock)(struct rows *rows, enum job_priority priority,
                       int64_t clock, struct error *err);
+    /* The batch's change of the number of jobs in a state. NULL: counts by
+     * itself. */
+    bool (*add_count)(struct rows *rows, enum job_state state, int64_t more,
+                      struct error *err);
 
     /* --- both --- */
     bool (*get)(struct rows *rows, const char *id, struct row *row,

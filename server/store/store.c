@@ -145,11 +145,24 @@ stop_process(const struct error *err)
 }
 
 static bool
+keep_counts(struct store *store, struct error *err)
+{
+    struct rows *rows = store->writer;
+    bool ok = true;
+    for (int i = 0; i < JOB_STATE_COUNT && rows->ops->add_count != NULL; i++) {
+        int64_t more = store->batch.counted[i];
+        if (more != 0)
+            ok = ok && rows->ops->add_count(rows, (enum job_state)i, more, err);
+    }
+    return ok;
+}
+
+static bool
 transaction(struct store *store, struct error *err)
 {
     struct rows *rows = store->writer;
     bool ok = rows->ops->begin(rows, err) && batch_apply(&store->batch, err) &&
-              rows->ops->commit(rows, err);
+              keep_counts(store, err) && rows->ops->commit(rows, err);
     if (!ok && rows->ops->rollback != NULL)
         rows->ops->rollback(rows);
     return ok;

@@ -120,10 +120,12 @@ enum statement {
     SET_CLOCK,
     GET,
     SCENE,
-    FIND,
+    FIND_ONE,
+    FIND_ALL,
     LIST_ONE,
     LIST_ALL,
     COUNT_STATES,
+    ADD_COUNT,
     POSITION,
     BLOB_USERS,
     STATEMENT_COUNT
@@ -161,9 +163,13 @@ static const char *const sql[STATEMENT_COUNT] = {
     [GET] = "SELECT " ALL_COLUMNS " FROM jobs WHERE id=?",
     [SCENE] = "SELECT text FROM scenes WHERE seq="
               "(SELECT seq FROM jobs WHERE id=?)",
-    [FIND] = "SELECT " ALL_COLUMNS " FROM jobs INDEXED BY jobs_by_render_key"
-             " WHERE state=2 AND no_cache=0 AND render_key=?1"
-             " AND (?2 IS NULL OR owner=?2) ORDER BY seq DESC LIMIT 1",
+    [FIND_ONE] =
+        "SELECT " ALL_COLUMNS " FROM jobs INDEXED BY jobs_by_render_key"
+        " WHERE state=2 AND no_cache=0 AND render_key=?1"
+        " AND owner=?2 ORDER BY seq DESC LIMIT 1",
+    [FIND_ALL] = "SELECT " ALL_COLUMNS " FROM jobs WHERE seq=(SELECT max(seq)"
+                 " FROM jobs INDEXED BY jobs_by_render_key"
+                 " WHERE state=2 AND no_cache=0 AND render_key=?1)",
     /* Five sorted runs, merged: as long as the answer, not as the table. */
     [LIST_ONE] =
         LIST_OWNER(0) " UNION ALL " LIST_OWNER(1) " UNION ALL " LIST_OWNER(
@@ -175,7 +181,8 @@ static const char *const sql[STATEMENT_COUNT] = {
     [LIST_ALL] =
         "SELECT " ALL_COLUMNS " FROM jobs WHERE (?5>>state)&1 AND" LIST_FILTER
         " ORDER BY id DESC LIMIT ?6",
-    [COUNT_STATES] = "SELECT state, count(*) FROM jobs GROUP BY state",
+    [COUNT_STATES] = "SELECT state, jobs FROM counts",
+    [ADD_COUNT] = "UPDATE counts SET jobs=jobs+?2 WHERE state=?1",
     [POSITION] = "SELECT count(*) FROM jobs INDEXED BY jobs_waiting"
                  " WHERE state=0 AND (priority, rank, seq) < (?, ?, ?)",
     [BLOB_USERS] = "SELECT count(*) FROM jobs"
@@ -186,6 +193,7 @@ static const char pragmas[] = "PRAGMA synchronous=FULL;"
                               "PRAGMA journal_size_limit=67108864;"
                               "PRAGMA foreign_keys=ON;"
                               "PRAGMA temp_store=MEMORY;"
+                              "PRAGMA cache_size=-8192;"
                               "PRAGMA mmap_size=0;"
                               "PRAGMA trusted_schema=OFF;";
 
@@ -526,6 +534,17 @@ sqlite_set_clock(struct rows *rows, enum job_priority priority, int64_t clock,
            failed(sqlite_of(rows), rc, "note whose turn it is", err);
 }
 
+static bool
+sqlite_add_count(struct rows *rows, enum job_state state, int64_t more,
+                 struct error *err)
+{
+    sqlite3_stmt *stmt = statement(rows, ADD_COUNT);
+    sqlite3_bind_int(stmt, 1, (int)state);
+    sqlite3_bind_int64(stmt, 2, more);
+    int rc = run(rows, stmt);
+    return rc == SQLITE_OK || failed(sqlite_of(rows), rc, "count jobs", err);
+}
+
 /* --- calls of both --- */
 
 static bool
@@ -564,7 +583,7 @@ static bool
 sqlite_find(struct rows *rows, const char *render_key, const char *owner,
             struct row *row, struct error *err)
 {
-    sqlite3_stmt *stmt = statement(rows, FIND);
+    sqlite3_stmt *stmt = statement(rows, owner != NULL ? FIND_ONE : FIND_ALL);
     bind_text(stmt, 1, render_key);
     if (owner != NULL)
         bind_text(stmt, 2, owner);
@@ -675,6 +694,7 @@ static const struct rows_ops sqlite_ops = {
     .turn = sqlite_turn,
     .set_turn = sqlite_set_turn,
     .set_clock = sqlite_set_clock,
+    .add_count = sqlite_add_count,
     .get = sqlite_get,
     .scene = sqlite_scene,
     .find = sqlite_find,
@@ -796,39 +816,6 @@ upgrade(struct sqlite *s, const char *path, struct error *err)
     return true;
 }
 
-/* The leases of an earlier life are void. Nobody's fault: attempts stay. */
-static bool
-void_leases(struct sqlite *s, struct error *err)
-{
-    static const char *const steps[] = {
-        "UPDATE jobs SET state=4, phase=0, cancel_requested=0,"
-        " revision=revision+?1, finished_ms=?2"
-        " WHERE state=1 AND cancel_requested=1",
-        "UPDATE jobs SET state=0, phase=0, progress=0, rays_done=0,"
-        " started_ms=0, revision=revision+?1 WHERE state=1",
-    };
-    static const char *const words[] = {"canceled", "queued again"};
-    MUST(job_may(JOB_RUNNING, JOB_CANCELED) &&
-         job_may(JOB_RUNNING, JOB_QUEUED));
-    for (int i = 0; i < 2; i++) {
-        sqlite3_stmt *stmt = NULL;
-        int rc = sqlite3_prepare_v2(s->db, steps[i], -1, &stmt, NULL);
-        if (rc == SQLITE_OK) {
-            sqlite3_bind_int(stmt, 1, REVISION_LEAP);
-            if (i == 0)
-                sqlite3_bind_int64(stmt, 2, clock_wall_ms());
-            rc = run(&s->rows, stmt);
-        }
-        sqlite3_finalize(stmt);
-        if (rc != SQLITE_OK)
-            return failed(s, rc, "take back the leases of its last run", err);
-        int count = sqlite3_changes(s->db);
-        if (count > 0)
-            log_write(LOG_INFO, "store", "%d running jobs %s", count, words[i]);
-    }
-    return true;
-}
-
 static bool
 prepare(struct sqlite *s, struct error *err)
 {
@@ -843,6 +830,50 @@ prepare(struct sqlite *s, struct error *err)
                              i, sqlite3_errmsg(s->db));
     }
     return true;
+}
+
+/* One of the two ways a lease of an earlier life ends. */
+static bool
+void_some(struct sqlite *s, const char *update, enum job_state to,
+          const char *words, struct error *err)
+{
+    sqlite3_stmt *stmt = NULL;
+    MUST(job_may(JOB_RUNNING, to));
+    int rc = sqlite3_prepare_v2(s->db, update, -1, &stmt, NULL);
+    if (rc == SQLITE_OK) {
+        sqlite3_bind_int(stmt, 1, REVISION_LEAP);
+        sqlite3_bind_int64(stmt, 2, clock_wall_ms());
+        rc = run(&s->rows, stmt);
+    }
+    sqlite3_finalize(stmt);
+    if (rc != SQLITE_OK)
+        return failed(s, rc, "take back the leases of its last run", err);
+    int count = sqlite3_changes(s->db);
+    if (count == 0)
+        return true;
+    log_write(LOG_INFO, "store", "%d running jobs %s", count, words);
+    return sqlite_add_count(&s->rows, JOB_RUNNING, -count, err) &&
+           sqlite_add_count(&s->rows, to, count, err);
+}
+
+/* Nobody's fault: attempts stay as they are. */
+static bool
+void_leases(struct sqlite *s, struct error *err)
+{
+    static const char cancel[] =
+        "UPDATE jobs SET state=4, phase=0, cancel_requested=0,"
+        " revision=revision+?1, finished_ms=?2"
+        " WHERE state=1 AND cancel_requested=1";
+    static const char queue[] =
+        "UPDATE jobs SET state=0, phase=0, progress=0, rays_done=0,"
+        " started_ms=0, revision=revision+?1 WHERE state=1";
+    bool ok = sqlite_begin(&s->rows, err) &&
+              void_some(s, cancel, JOB_CANCELED, "canceled", err) &&
+              void_some(s, queue, JOB_QUEUED, "queued again", err) &&
+              sqlite_commit(&s->rows, err);
+    if (!ok)
+        sqlite_rollback(&s->rows);
+    return ok;
 }
 
 /* A connection with its pragmas; its statements come later. */
@@ -879,7 +910,7 @@ set_up_writer(struct sqlite *s, const char *path, struct error *err)
     if (rc != SQLITE_OK)
         return failed(s, rc, "use a write-ahead log", err);
     sqlite3_wal_hook(s->db, note_wal_frames, s);
-    return upgrade(s, path, err) && void_leases(s, err) && prepare(s, err);
+    return upgrade(s, path, err) && prepare(s, err) && void_leases(s, err);
 }
 
 static struct sqlite *

@@ -56,7 +56,7 @@ CREATE INDEX jobs_waiting_short ON jobs (priority, rank, seq)
     WHERE state = 0 AND short = 1;
 -- Whose leases are void at the next start.
 CREATE INDEX jobs_running ON jobs (seq) WHERE state = 1;
--- Lists of one owner, newest first, any set of states; also the counts.
+-- Lists of one owner, newest first, any set of states.
 CREATE INDEX jobs_by_owner ON jobs (owner, state, id);
 -- The result cache.
 CREATE INDEX jobs_by_render_key ON jobs (render_key, owner, seq)
@@ -80,5 +80,12 @@ CREATE TABLE clocks (
     now_us INTEGER NOT NULL
 ) STRICT;
 INSERT INTO clocks (priority, now_us) VALUES (0, 0), (1, 0), (2, 0);
+
+-- Jobs by state, so that opening a long record is quick.
+CREATE TABLE counts (
+    state INTEGER PRIMARY KEY,
+    jobs INTEGER NOT NULL CHECK (jobs >= 0)
+) STRICT;
+INSERT INTO counts (state, jobs) VALUES (0, 0), (1, 0), (2, 0), (3, 0), (4, 0);
 
 PRAGMA user_version = 1;
