@@ -82,6 +82,14 @@ packet_lanes(const int *valid, float *ray, unsigned n, struct lanes *lanes)
     lanes->t = ray + RAY_FAR * n;
 }
 
+/* What Embree is told of a distance: a little more, so that it does not cut off
+ * another surface at the same one. The callbacks compare the true distance. */
+static inline float
+slack(float t)
+{
+    return t * 1.000001f;
+}
+
 /* Embree hands rays over lane by lane as they were sent, or single ones of
  * them: then id says which lane they were. */
 static void
@@ -97,23 +105,30 @@ user_intersect(const struct RTCIntersectFunctionNArguments *args)
     unsigned n = args->N;
     packet_lanes(args->valid, ray, n, &lanes);
     if (n == packet->width) {
+        float *restrict far = lanes.t;
+        lanes.t = packet->t;
         lanes.object = packet->object;
         ops->nearest(set, args->primID, 1, &lanes, n);
         for (unsigned i = 0; i < n; i++)
-            packet->t[i] = args->valid[i] != 0 ? lanes.t[i] : packet->t[i];
+            far[i] = slack(packet->t[i]);
         return;
     }
     const uint32_t *id = (const uint32_t *)ray + RAY_ID * n;
+    float *far = lanes.t, t[16];
     uint32_t object[16];
     MUST(n <= 16);
-    for (unsigned i = 0; i < n; i++)
+    for (unsigned i = 0; i < n; i++) {
         object[i] = args->valid[i] != 0 ? packet->object[id[i]] : 0;
+        t[i] = args->valid[i] != 0 ? packet->t[id[i]] : 0.0f;
+    }
     lanes.object = object;
+    lanes.t = t;
     ops->nearest(set, args->primID, 1, &lanes, n);
     for (unsigned i = 0; i < n; i++)
         if (args->valid[i] != 0) {
             packet->object[id[i]] = object[i];
-            packet->t[id[i]] = lanes.t[i];
+            packet->t[id[i]] = t[i];
+            far[i] = slack(t[i]);
         }
 }
 
@@ -153,7 +168,7 @@ mesh_filter(const struct RTCFilterFunctionNArguments *args)
     struct packet_context *packet = (struct packet_context *)args->context;
     const struct mesh_geometry *mesh = args->geometryUserPtr;
     unsigned n = args->N;
-    const float *far = (const float *)args->ray + RAY_FAR * n;
+    float *far = (float *)args->ray + RAY_FAR * n;
     const uint32_t *id = (const uint32_t *)args->ray + RAY_ID * n;
     /* hit: Ng x y z, u, v, primID, geomID, instID */
     const uint32_t *primitive = (const uint32_t *)args->hit + 5 * n;
@@ -173,6 +188,7 @@ mesh_filter(const struct RTCFilterFunctionNArguments *args)
         packet->t[lane] = far[i];
         packet->object[lane] = mesh->object;
         packet->primitive[lane] = primitive[i];
+        far[i] = slack(far[i]);
     }
 }
 
@@ -200,7 +216,7 @@ mesh_filter(const struct RTCFilterFunctionNArguments *args)
             query.ray.dir_z[i] = rays->d[2][first + i];                        \
             query.ray.tnear[i] = 0.0f;                                         \
             query.ray.time[i] = 0.0f;                                          \
-            query.ray.tfar[i] = t;                                             \
+            query.ray.tfar[i] = slack(t);                                      \
             query.ray.mask[i] = how->visible;                                  \
             query.ray.id[i] = i;                                               \
             query.ray.flags[i] = 0;                                            \
@@ -281,7 +297,7 @@ single_intersect(const struct accel *accel, const struct tracing *how,
     query.ray.dir_x = rays->d[0][i];
     query.ray.dir_y = rays->d[1][i];
     query.ray.dir_z = rays->d[2][i];
-    query.ray.tfar = hits->t[i];
+    query.ray.tfar = slack(hits->t[i]);
     query.ray.mask = how->visible;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;

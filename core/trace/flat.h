@@ -41,19 +41,21 @@ flat_store_unit(const double n[3], float out[3])
         out[k] = len > 0.0 ? (float)(n[k] / len) : 0.0f;
 }
 
-/* A normal of object space, in the world, unit. */
+/* A normal of object space, in the world. Not unit: the mean of several is only
+ * right if all were stretched alike. */
 static inline void
 flat_direction(const struct scene_object *object, const double n[3],
                float out[3])
 {
-    double w[3] = {n[0], n[1], n[2]};
-    if (object->transformed) {
-        double c[3][3];
-        double sign = flat_cofactors(object->to_world, c) < 0.0 ? -1.0 : 1.0;
-        for (int r = 0; r < 3; r++)
-            w[r] = sign * (c[r][0] * n[0] + c[r][1] * n[1] + c[r][2] * n[2]);
-    }
-    flat_store_unit(w, out);
+    double c[3][3], det = 1.0;
+    if (object->transformed)
+        det = flat_cofactors(object->to_world, c);
+    for (int r = 0; r < 3; r++)
+        out[r] =
+            (float)(object->transformed
+                        ? (c[r][0] * n[0] + c[r][1] * n[1] + c[r][2] * n[2]) /
+                              det
+                        : n[r]);
 }
 
 /* Of two edges in the world: their product, turned where the transform

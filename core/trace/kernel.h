@@ -15,7 +15,7 @@ struct kernel {
     struct plan *(*plan_build)(const struct scene *,
                                const struct accel_options *, struct error *);
     void (*plan_free)(struct plan *);
-    void (*tile_run)(const struct plan *, uint32_t, struct tile *,
+    bool (*tile_run)(const struct plan *, uint32_t, struct tile *,
                      struct film *);
     void (*intersect)(const struct accel *, enum ray_kind, const struct rays *,
                       struct hits *);

@@ -78,13 +78,15 @@ member_run(void *arg)
         uint32_t tile = atomic_fetch_add(&crew->next_tile, 1);
         if (tile >= crew->tiles_total)
             break;
-        crew->kernel->tile_run(crew->plan, tile, member->tile, crew->film);
+        bool whole =
+            crew->kernel->tile_run(crew->plan, tile, member->tile, crew->film);
         for (int k = 0; k < RAY_KIND_COUNT; k++) {
             uint64_t now = member->tile->rays_traced[k];
             atomic_fetch_add(&crew->rays[k], now - member->counted[k]);
             member->counted[k] = now;
         }
-        atomic_fetch_add(&crew->tiles_done, 1);
+        if (whole)
+            atomic_fetch_add(&crew->tiles_done, 1);
     }
     pthread_mutex_lock(&crew->lock);
     crew->working--;
@@ -207,6 +209,7 @@ crew_trace(struct run *run, struct error *err)
         if (members[i].tile == NULL)
             goto out;
         memset(members[i].tile, 0, sizeof *members[i].tile);
+        members[i].tile->stop = &crew->stop;
     }
     crew->working = crew->size;
     for (; started < crew->size; started++)

@@ -28,9 +28,9 @@ struct render_progress {
 };
 
 /* Called by render_run's caller's own thread, about every interval_ms and once
- * at the end of each phase. RENDER_STOP ends the render: the crew finishes the
- * tiles it holds, and render_run fails with ERROR_CANCELED; the finished tiles
- * are in the film. */
+ * at the end of each phase. RENDER_STOP ends the render: the crew drops its
+ * tiles after the sample it holds, and render_run fails with ERROR_CANCELED;
+ * the finished tiles are in the film. */
 typedef enum render_verdict (*render_progress_fn)(
     void *user, const struct render_progress *progress);
 

@@ -70,7 +70,7 @@ film_add(const struct tile *t, float spp, struct film *film)
     }
 }
 
-void
+bool
 tile_run(const struct plan *plan, uint32_t index, struct tile *t,
          struct film *film)
 {
@@ -81,6 +81,8 @@ tile_run(const struct plan *plan, uint32_t index, struct tile *t,
     memset(t->sum, 0, sizeof t->sum);
     memset(t->albedo, 0, sizeof t->albedo);
     for (uint32_t sample = 0; sample < scene->sampler.spp; sample++) {
+        if (t->stop != NULL && atomic_load(t->stop))
+            return false;
         sampler_fill(&scene->sampler, padded, t->pixel, sample, 0, t->sample_x,
                      t->sample_y);
         for (uint32_t i = 0; i < padded; i++) {
@@ -96,4 +98,5 @@ tile_run(const struct plan *plan, uint32_t index, struct tile *t,
                 t->sum[k][i] += t->color[k][i];
     }
     film_add(t, (float)scene->sampler.spp, film);
+    return true;
 }

@@ -2,6 +2,8 @@
 #ifndef CORE_TRACE_TILE_H
 #define CORE_TRACE_TILE_H
 
+#include <stdatomic.h>
+
 #include "core/trace/film.h"
 #include "core/trace/plan.h"
 
@@ -47,10 +49,12 @@ struct tile {
     COLUMN(float, sample_y);
 
     uint64_t rays_traced[RAY_KIND_COUNT];
+    const atomic_bool *stop; /* set: give up between two samples */
 };
 
-/* Traces tile `index` into the film; adds to tile->rays_traced. */
-void
+/* Traces tile `index` into the film; adds to tile->rays_traced. False: stopped,
+ * the film's beauty and albedo are untouched. */
+bool
 tile_run(const struct plan *plan, uint32_t index, struct tile *tile,
          struct film *film);
 

@@ -27,8 +27,8 @@ static char *
 read_whole(const char *relative, size_t *len)
 {
     const char *source = getenv("GLINT_SOURCE");
-    char *path = arena_printf(&arena, "%s/%s", source != NULL ? source : ".",
-                              relative);
+    char *path =
+        arena_printf(&arena, "%s/%s", source != NULL ? source : ".", relative);
     FILE *f = fopen(path, "rb");
     if (f == NULL)
         fail_msg("cannot open %s", path);
@@ -93,8 +93,8 @@ tolerance(const char *name)
 }
 
 static void
-expect_near(const char *what, const struct json *pixel, double got,
-            double want, double within)
+expect_near(const char *what, const struct json *pixel, double got, double want,
+            double within)
 {
     if (!(fabs(got - want) <= within))
         fail_msg("pixel %g, %g: %s is %.9g, wanted %.9g within %g",
@@ -136,8 +136,7 @@ check_pixels(const char *list, const char *key, uint32_t bounces,
     for (const struct json *pixel = json_member(golden, list)->child;
          pixel != NULL; pixel = pixel->next) {
         const struct json *at = json_member(pixel, "pixel")->child;
-        size_t p =
-            (size_t)at->next->number * scene->width + (size_t)at->number;
+        size_t p = (size_t)at->next->number * scene->width + (size_t)at->number;
         check_hit(pixel, p, scene, film);
         const struct json *rgb =
             json_member(json_member(json_member(pixel, "rgb"), key), depth);
@@ -165,8 +164,8 @@ check_scene(const char *name, const char *key)
             render(&scene, levels[l], &film);
             assert_true(check_pixels("pixels", key, bounces, &scene, &film) >
                         5);
-            assert_true(
-                check_pixels("penumbra", key, bounces, &scene, &film) > 1);
+            assert_true(check_pixels("penumbra", key, bounces, &scene, &film) >
+                        1);
             film_clear(&film);
         }
 }
