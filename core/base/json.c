@@ -231,7 +231,7 @@ static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
     for (size_t j = 0; j <= b_len; j++)
         row[j] = j;
     for (size_t i = 1; i <= a_len; i++) {
-        size_t diagonal = row[0];
+        size_t diagonal = row[0], least = i;
         row[0] = i;
         for (size_t j = 1; j <= b_len; j++) {
             size_t change = diagonal + (a[i - 1] != b[j - 1]);
@@ -240,7 +240,11 @@ static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
             row[j] = change < drop ? change : drop;
             if (add < row[j])
                 row[j] = add;
+            if (row[j] < least)
+                least = row[j];
         }
+        if (least > DISTANCE_MAX)
+            return least; /* it never shrinks again */
     }
     return row[b_len];
 }

@@ -1,0 +1,12 @@
+/* Any bytes as a scene document. */
+#include <stddef.h>
+#include <stdint.h>
+
+#include "tests/fuzz/fuzz.h"
+#include "tests/unit/scene/property.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    scene_property((const char *)data, size);
+    return 0;
+}
