@@ -3,7 +3,9 @@
  * Compiles as C11 and C++17: image_oiio.cpp, the one file that knows
  * OpenImageIO, is built as a module of its own, because loading that library
  * takes 0.2 to 0.4 s. image_codec_load starts the load; image_encode waits for
- * it. So a worker can answer and trace while its codecs are still loading. */
+ * it. So a worker can answer and trace while its codecs are still loading. But
+ * the C library creates no thread while a library loads: start the threads of a
+ * render first. */
 #ifndef CORE_IMAGE_IMAGE_H
 #define CORE_IMAGE_IMAGE_H
 

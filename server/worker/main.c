@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include "core/base/isa.h"
-#include "core/image/image.h"
 #include "server/worker/sandbox.h"
 #include "server/worker/serve.h"
 
@@ -35,7 +34,6 @@ int main(int argc, char **argv)
         return EXIT_USAGE;
     }
     sandbox_enter(SOCKET_FD);
-    image_codec_load();
     int status = serve(SOCKET_FD);
     /* Not through exit: serve.c says why. */
     fflush(stderr);

@@ -19,7 +19,10 @@
 static const size_t scene_bytes_max = (size_t)64 << 20;
 static const size_t output_bytes_max = (size_t)64 << 10;
 static const size_t scene_memory_max = (size_t)1 << 30;
-enum { CREW_MAX = 256 };
+enum {
+    CREW_MAX = 256,
+    LISTEN_MS = 10 /* how soon CANCEL and THREADS are heard */
+};
 
 /* Everything one render holds, in the order in which it comes to be. */
 struct render {
@@ -119,6 +122,9 @@ static enum render_verdict on_progress(void *user,
                                        const struct render_progress *now)
 {
     struct render *render = user;
+    /* The crew is at work: now the library can load beside it. */
+    if (now->phase == RENDER_TRACING)
+        image_codec_load();
     struct message_progress progress = {
         .stage = now->phase == RENDER_BUILDING ? STAGE_BUILDING : STAGE_TRACING,
         .done = now->tiles_done,
@@ -164,6 +170,7 @@ static bool trace(struct render *render, const struct message *ask,
         .threads_now = &render->turn->threads,
         .on_progress = on_progress,
         .user = render,
+        .interval_ms = LISTEN_MS,
         .memory_max = geometry_memory_max(),
     };
     struct render_stats stats = {0};

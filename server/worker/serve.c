@@ -11,7 +11,7 @@
 #include "server/worker/run.h"
 #include "server/worker/sandbox.h"
 
-enum { PROGRESS_INTERVAL_US = 100000 };
+enum { PROGRESS_INTERVAL_US = 100000, IDLE_MS = 20 };
 
 /* Leave at once: the libraries' static destructors would wait for threads that
  * they started and that may be anywhere. */
@@ -113,11 +113,17 @@ static bool say_ready(int socket)
     return wire_send(socket, &message, NULL);
 }
 
-/* Sleep until something comes, and shut the sandbox before it is read. */
+/* Sleep until something comes, and shut the sandbox before it is read. Idle
+ * time is for loading the image library. An ask that is there at once is begun
+ * first: while a library loads the C library starts no thread, so the crew
+ * would wait for it (run.c loads beside the crew). */
 static void wait_for_ask(int socket)
 {
     struct pollfd one = {.fd = socket, .events = POLLIN};
-    poll(&one, 1, -1);
+    if (poll(&one, 1, IDLE_MS) == 0) {
+        image_codec_load();
+        poll(&one, 1, -1);
+    }
     sandbox_tighten();
 }
 
