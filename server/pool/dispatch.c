@@ -515,26 +515,34 @@ static enum store_failure failure_of(const struct task *task,
     return FAILURE_FINAL;
 }
 
-bool dispatch_message(struct dispatch *d, struct task *task,
-                      struct message *message, int64_t now_us, bool *freed,
-                      struct error *err)
+static enum dispatch_news take_failed(struct dispatch *d, struct task *task,
+                                      const struct message_failed *failed,
+                                      int64_t now_us)
 {
-    *freed = false;
+    enum error_code code = (enum error_code)failed->code;
+    enum store_failure failure = failure_of(task, code);
+    task_fail(d, task, failure, code, failed->text, now_us);
+    return failure == FAILURE_ATTEMPT ? NEWS_ILL : NEWS_FREE;
+}
+
+bool dispatch_message(struct dispatch *d, struct task *task,
+                      struct message *message, int64_t now_us,
+                      enum dispatch_news *news, struct error *err)
+{
+    *news = NEWS_NONE;
     task->heard_us = now_us;
     switch (message->kind) {
     case MESSAGE_PROGRESS:
         take_progress(d, task, &message->body.progress, now_us);
         return true;
     case MESSAGE_DONE:
-        *freed = take_done(d, task, message, now_us, err);
-        return *freed;
-    case MESSAGE_FAILED: {
-        const struct message_failed *failed = &message->body.failed;
-        enum error_code code = (enum error_code)failed->code;
-        *freed = true;
-        task_fail(d, task, failure_of(task, code), code, failed->text, now_us);
+        if (!take_done(d, task, message, now_us, err))
+            return false;
+        *news = NEWS_FREE;
         return true;
-    }
+    case MESSAGE_FAILED:
+        *news = take_failed(d, task, &message->body.failed, now_us);
+        return true;
     default:
         return error_set(err, ERROR_PROTOCOL,
                          "a message of kind %u answers no ask", message->kind);

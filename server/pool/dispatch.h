@@ -36,27 +36,27 @@ struct task {
     struct task *next;      /* all tasks of the dispatch */
     struct task *post_next; /* the pool's mailbox */
     enum task_step step;
+    bool under_way;      /* an operation of store or blobs is */
     struct child *child; /* LEASE, RENDER: who is to do it; NULL: lost */
     struct lease *lease; /* from RENDER on */
-    bool under_way;      /* an operation of store or blobs is */
     int64_t retry_us;    /* it was refused: try again then; 0: no */
 
     /* RENDER */
     unsigned threads; /* the child's crew now */
+    enum job_phase phase;
     int64_t started_us;
     int64_t heard_us;  /* last message */
     int64_t beat_us;   /* last heartbeat */
     int64_t cancel_us; /* CANCEL was sent; 0: not */
-    enum job_phase phase;
     double progress;
     uint64_t rays_done;
 
     /* PUT, FINISH */
-    int fd; /* the encoded image, sealed; -1: none */
     uint64_t len;
     uint64_t put_number;
-    char sha256[SHA256_HEX_SIZE];
     struct job_stats stats;
+    int fd; /* the encoded image, sealed; -1: none */
+    char sha256[SHA256_HEX_SIZE];
 
     /* FAIL */
     enum store_failure failure;
@@ -113,12 +113,19 @@ bool dispatch_ask(struct dispatch *d, struct task *task, unsigned threads,
 /* The crew's new size, sent if it is one. */
 void dispatch_threads(struct task *task, unsigned threads);
 
+/* What a message meant for the child. */
+enum dispatch_news {
+    NEWS_NONE, /* it works on */
+    NEWS_FREE, /* the answer came: it can be asked again */
+    NEWS_ILL   /* it answered, but failed by its own fault: replace it */
+};
+
 /* A message of the task's child; its descriptors are taken as needed, the
- * caller clears it. *freed: the answer came, the child can be asked again.
- * False: against the protocol; kill it, then dispatch_lost. */
+ * caller clears it. False: against the protocol; kill the child, then
+ * dispatch_lost. */
 bool dispatch_message(struct dispatch *d, struct task *task,
-                      struct message *message, int64_t now_us, bool *freed,
-                      struct error *err);
+                      struct message *message, int64_t now_us,
+                      enum dispatch_news *news, struct error *err);
 
 /* The child is gone, and with it this attempt. */
 void dispatch_lost(struct dispatch *d, struct task *task,

@@ -27,7 +27,10 @@ enum {
     READY_US = 30 * 1000 * 1000,   /* a worker that does not get ready */
     LOOK_US = 20 * 1000,        /* between two looks for jobs to be canceled */
     LEAVE_US = 5 * 1000 * 1000, /* drain: for results on their way to disk */
-    MESSAGES_PER_TURN = 64,   /* of one worker, so that none starves the rest */
+    MESSAGES_PER_TURN = 64, /* of one worker, so that none starves the rest */
+    /* What a worker loads after READY: the image library and its data take 60
+     * to 75 MiB (measured), the stacks of a big crew as much again. */
+    LIBRARY_BYTES = 192 << 20,
     RECYCLE_ASKS = 1000,      /* a worker's whole life */
     RECYCLE_BYTES = 256 << 20 /* memory it kept after an ask */
 };
@@ -124,7 +127,7 @@ static void limit_memory(struct pool *pool, struct slot *slot)
     memory_of(slot->child.pid, &slot->ready_bytes, &data);
     if (pool->options.max_render_bytes == 0 || data == 0)
         return;
-    uint64_t most = data + pool->options.max_render_bytes;
+    uint64_t most = data + LIBRARY_BYTES + pool->options.max_render_bytes;
     struct rlimit limit = {most, most};
     if (prlimit(slot->child.pid, RLIMIT_DATA, &limit, NULL) != 0)
         log_write(LOG_WARN, "pool", "worker %u: cannot limit its memory: %s",
@@ -320,7 +323,7 @@ static void empty_mailbox(struct pool *pool, int64_t now_us)
     }
 }
 
-/* One message. False: the worker is gone, or out of step. */
+/* One message. False: the worker is out of step, or ill. */
 static bool take_message(struct pool *pool, struct slot *slot,
                          struct message *message, int64_t now_us,
                          struct error *err)
@@ -331,16 +334,18 @@ static bool take_message(struct pool *pool, struct slot *slot,
     }
     if (slot->task == NULL || slot->task->step != TASK_RENDER)
         return error_set(err, ERROR_PROTOCOL, "the worker spoke unasked");
-    bool freed;
-    if (!dispatch_message(&pool->dispatch, slot->task, message, now_us, &freed,
+    enum dispatch_news news;
+    if (!dispatch_message(&pool->dispatch, slot->task, message, now_us, &news,
                           err))
         return false;
-    if (freed) {
-        slot->task = NULL;
-        slot->asked = false;
-        slot->asks++;
-        slot_recycle(slot, now_us);
-    }
+    if (news == NEWS_NONE)
+        return true;
+    slot->task = NULL;
+    slot->asked = false;
+    if (news == NEWS_ILL)
+        return error_set(err, ERROR_INTERNAL, "it failed by its own fault");
+    slot->asks++;
+    slot_recycle(slot, now_us);
     return true;
 }
 

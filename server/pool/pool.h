@@ -25,8 +25,9 @@ struct pool_options {
     unsigned workers;          /* >= 1 */
     unsigned threads;          /* shared out among running jobs, >= 1 */
     double max_render_seconds; /* wall clock of one attempt */
-    uint64_t max_render_bytes; /* data a worker may map beyond what it has when
-                                  READY (RLIMIT_DATA); 0: no limit */
+    uint64_t max_render_bytes; /* data that a worker may map beyond itself
+                                  and its libraries (RLIMIT_DATA), and the
+                                  largest result; 0: no limit */
     int64_t stall_ms;          /* [60000] no message for so long: killed */
     struct store *store;
     struct blobs *blobs;

@@ -277,11 +277,11 @@ static struct task *render(void)
     return task;
 }
 
+static enum dispatch_news news;
+
 static bool say(struct task *task, struct message *message)
 {
-    bool freed;
-    bool ok = dispatch_message(&d, task, message, now, &freed, NULL);
-    assert_int_equal(freed, ok && message->kind != MESSAGE_PROGRESS);
+    bool ok = dispatch_message(&d, task, message, now, &news, NULL);
     message_clear(message);
     return ok;
 }
@@ -458,6 +458,8 @@ static void test_verdicts(void **state)
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         assert_true(fail_with(render(), rows[i].code));
         assert_int_equal(act.failure, rows[i].failure);
+        assert_int_equal(news, rows[i].failure == FAILURE_ATTEMPT ? NEWS_ILL
+                                                                  : NEWS_FREE);
         assert_int_equal(act.code, rows[i].code);
         assert_string_equal(act.text, "no");
         end_store(ERROR_NONE);
@@ -494,6 +496,7 @@ static void test_a_canceled_worker_may_say_so(void **state)
     dispatch_look(&d, now);
     assert_true(fail_with(task, ERROR_CANCELED));
     assert_int_equal(act.failure, FAILURE_CANCELED);
+    assert_int_equal(news, NEWS_FREE);
 }
 
 static void test_another_lease_stops_this_one(void **state)

@@ -117,7 +117,7 @@ static void test_two_answers_cost_the_worker_but_not_the_job(void **state)
     rig_open(&rig, (struct pool_options){0});
     struct job job = run("twice", 3, JOB_SUCCEEDED);
     assert_int_equal(job.attempt, 1);
-    job = run("done", 3, JOB_SUCCEEDED);
+    run("done", 3, JOB_SUCCEEDED);
     check_exits(1);
 }
 
@@ -141,7 +141,8 @@ static void test_failed_by_its_own_word(void **state)
     struct job job = run("failed", 2, JOB_FAILED);
     assert_int_equal(job.attempt, 2);
     assert_int_equal(job.error_code, ERROR_INTERNAL);
-    check_exits(0);
+    /* Who fails by its own fault may be ill for good. */
+    check_exits(2);
 }
 
 static void test_stall(void **state)
