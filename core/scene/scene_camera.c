@@ -184,15 +184,18 @@ void check_film(struct reader *r, const struct json *object, void *to)
     (void)to;
     if ((w != NULL && !number_of(object, "width", &width)) ||
         (h != NULL && !number_of(object, "height", &height)) ||
-        !(width >= 1 && height >= 1))
+        !(width >= 1 && height >= 1 && width < 1e12 && height < 1e12))
         return;
     if (width * height > (double)r->limits.max_pixels &&
         (w != NULL || h != NULL))
         fault(r, ERROR_BUDGET_PIXELS, first_of(w, h),
-              arena_printf(r->arena, "%.0f x %.0f would fit", width,
-                           floor((double)r->limits.max_pixels / width)),
-              NULL, "%.0f pixels, at most %.0f", width * height,
-              (double)r->limits.max_pixels);
+              width <= 8192
+                  ? arena_printf(
+                        r->arena, "%.0f x %u would fit", width,
+                        (unsigned)(r->limits.max_pixels / (uint64_t)width))
+                  : "make both smaller",
+              NULL, "%s pixels, at most %llu", number_said(r, width * height),
+              (unsigned long long)r->limits.max_pixels);
 }
 
 void check_sampler(struct reader *r, const struct json *object, void *to)
@@ -212,7 +215,7 @@ void check_sampler(struct reader *r, const struct json *object, void *to)
     }
     bool center = type != NULL ? is_text(type, "center")
                                : scene->sampler.kind == SAMPLER_CENTER;
-    if (center && n != 1 && n >= 1 && n <= 65536 && floor(n) == n)
+    if (center && n != 1 && n >= 1 && n <= 65536 && is_whole(n))
         fault(r, ERROR_SAMPLER_CENTER_SPP, first_of(type, spp),
               "`stratified` and `sobol` take more", fix_number(r, spp, 1),
               "`center` takes one sample per pixel, got %s", number_said(r, n));

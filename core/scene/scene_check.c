@@ -277,7 +277,7 @@ static void check_rays(struct reader *r)
     double most = (double)r->limits.max_rays;
     if (rays <= most)
         return;
-    double spp = floor(r->scene->sampler.spp * (most / rays));
+    double spp = (double)(uint32_t)(r->scene->sampler.spp * (most / rays));
     fault(r, ERROR_BUDGET_RAYS, ray_place(r),
           spp >= 1 ? arena_printf(r->arena, "`spp` %.0f would fit", spp)
                    : "a smaller film or fewer light samples would fit",

@@ -25,7 +25,7 @@ static bool read_number(struct reader *r, const struct json *value,
             (field->flags & FIELD_NULLABLE) ? "a number or null" : "a number";
         return fault_type(r, value, wanted);
     }
-    if (field->type == FIELD_INTEGER && floor(value->number) != value->number)
+    if (field->type == FIELD_INTEGER && !is_whole(value->number))
         return fault(r, ERROR_NUMBER_NOT_INTEGER, value, NULL, NULL,
                      "must be a whole number, got %s",
                      number_said(r, value->number));

@@ -46,6 +46,13 @@ uint32_t texture_coordinates(const struct json *texture)
 
 /* --- getters ------------------------------------------------------------------- */
 
+bool is_whole(double number)
+{
+    /* From 2^53 on every double is whole. */
+    return fabs(number) >= 9007199254740992.0 ||
+           (double)(int64_t)number == number;
+}
+
 bool number_of(const struct json *object, const char *key, double *number)
 {
     const struct json *value = json_member(object, key);

@@ -186,7 +186,7 @@ static void lint_plane(struct lint_list *list, const struct json *node)
     double length = vector_length(normal);
     if (fabs(length - 1) <= 1e-6)
         return;
-    number_text(floor(length * 1000 + 0.5) / 1000, text);
+    number_text((double)(int64_t)(length * 1000 + 0.5) / 1000, text);
     lint_add(list, json_member(node, "normal"), "normal.not_unit",
              "the plane normal has length %s; the equation was divided by it",
              text);

@@ -151,7 +151,7 @@ static void check_indices(struct reader *r, const struct json *indices,
             continue;
         for (const struct json *i = n->child; i != NULL; i = i->next) {
             if (i->type == JSON_NUMBER && i->number >= positions &&
-                i->number <= 4294967295.0 && floor(i->number) == i->number)
+                i->number <= 4294967295.0 && is_whole(i->number))
                 fault(r, ERROR_MESH_INDEX_RANGE, i, "indices count from 0",
                       NULL, "index %s, but there are %u positions",
                       number_said(r, i->number), positions);

@@ -176,6 +176,8 @@ bool reader_push(struct reader *r, struct vector *vector, const void *item,
 
 /* --- tolerant getters: false if absent or not of that form ------------------ */
 
+/* Has it no fraction? */
+bool is_whole(double number);
 bool number_of(const struct json *object, const char *key, double *number);
 bool numbers_of(const struct json *object, const char *key, uint32_t count,
                 double *numbers);
