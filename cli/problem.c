@@ -46,10 +46,24 @@ static uint32_t count_of(const struct json *object, const char *name)
     return whole ? (uint32_t)m->number : 0;
 }
 
+/* "`red` is already the name of /scene/materials/0" -> ".../materials/0": a
+ * bare scene has no /scene. In place; the text is ours. */
+static const char *unwrap_pointers(const char *text, struct arena *arena)
+{
+    char *own = arena_strdup(arena, text);
+    char *at = own != NULL ? strstr(own, "/scene/") : NULL;
+    for (; at != NULL; at = strstr(at + 1, "/scene/")) {
+        if (at == own || at[-1] == ' ' || at[-1] == '`')
+            memmove(at, at + 6, strlen(at + 6) + 1);
+    }
+    return own != NULL ? own : text;
+}
+
 /* Undo the wrapping of document_write_job. */
 static struct finding finding_at_home(const struct json *item, bool warning,
                                       const struct document *document,
-                                      unsigned lines_before)
+                                      unsigned lines_before,
+                                      struct arena *arena)
 {
     const char *code = string_of(item, "code");
     const char *detail = string_of(item, "detail");
@@ -66,8 +80,10 @@ static struct finding finding_at_home(const struct json *item, bool warning,
         f.line -= lines_before;
     else
         f.line = f.column = 0;
-    if (document != NULL && !document->is_job && f.pointer != NULL &&
-        strncmp(f.pointer, "/scene", 6) == 0 &&
+    if (document == NULL || document->is_job)
+        return f;
+    f.detail = unwrap_pointers(f.detail, arena);
+    if (f.pointer != NULL && strncmp(f.pointer, "/scene", 6) == 0 &&
         (f.pointer[6] == '\0' || f.pointer[6] == '/'))
         f.pointer += 6;
     return f;
@@ -76,7 +92,7 @@ static struct finding finding_at_home(const struct json *item, bool warning,
 static size_t print_findings(const struct json *problem, const char *member,
                              bool warning, const struct channel *to,
                              const struct document *document,
-                             unsigned lines_before)
+                             unsigned lines_before, struct arena *arena)
 {
     const struct json *list = json_member(problem, member);
     size_t count = 0;
@@ -84,7 +100,7 @@ static size_t print_findings(const struct json *problem, const char *member,
         return 0;
     for (const struct json *item = list->child; item; item = item->next) {
         struct finding f =
-            finding_at_home(item, warning, document, lines_before);
+            finding_at_home(item, warning, document, lines_before, arena);
         document_print(document, to, &f);
         count++;
     }
@@ -109,7 +125,7 @@ int problem_print(const struct remote_reply *reply, const struct channel *to,
         say_error(to, who, "the server answered %ld and is perhaps no glintd",
                   reply->status);
     } else if (print_findings(problem, "errors", false, to, document,
-                              lines_before) == 0) {
+                              lines_before, &arena) == 0) {
         const char *title = string_of(problem, "title");
         const char *detail = string_of(problem, "detail");
         say_error(to, who, "the server answered %ld: %s%s%s", reply->status,

@@ -8,6 +8,7 @@
 #include <strings.h>
 
 #include "cli/interrupt.h"
+#include "core/base/clock.h"
 #include "core/base/isa.h"
 
 enum { CONNECT_S = 10, BODY_MAX_MB = 4096 };
@@ -188,19 +189,26 @@ static void set_options(struct remote *remote, const struct remote_ask *ask,
 }
 
 /* Let curl work until the transfer ends; Ctrl-C wakes the wait at once. */
-static bool transfer(struct remote *remote, bool last, CURLcode *code)
+static bool transfer(struct remote *remote, double grace_s, CURLcode *code)
 {
     int running = 1;
+    int64_t until_us = 0; /* set when interrupted */
     while (running > 0) {
-        if (!last && interrupted())
+        int64_t now_us = clock_monotonic_us();
+        if (interrupted() && until_us == 0)
+            until_us = now_us + (int64_t)(grace_s * 1e6);
+        if (until_us > 0 && now_us >= until_us)
             return false;
         if (curl_multi_perform(remote->multi, &running) != CURLM_OK)
             break;
+        /* Once noticed the event stays readable: look no more. */
         struct curl_waitfd event = {.fd = interrupt_fd(),
                                     .events = CURL_WAIT_POLLIN};
-        unsigned extra = !last && event.fd >= 0 ? 1 : 0;
+        unsigned extra = until_us == 0 && event.fd >= 0 ? 1 : 0;
+        int64_t left_ms = until_us > 0 ? (until_us - now_us) / 1000 + 1 : 1000;
         if (running > 0)
-            curl_multi_poll(remote->multi, &event, extra, 1000, NULL);
+            curl_multi_poll(remote->multi, &event, extra,
+                            left_ms < 1000 ? (int)left_ms : 1000, NULL);
     }
     int left;
     CURLMsg *message;
@@ -255,7 +263,7 @@ bool remote_send(struct remote *remote, const struct remote_ask *ask,
 
     CURLcode code;
     curl_multi_add_handle(remote->multi, remote->easy);
-    bool whole = transfer(remote, ask->last, &code);
+    bool whole = transfer(remote, ask->grace_s, &code);
     curl_multi_remove_handle(remote->multi, remote->easy);
     if (!whole) {
         error_set(err, ERROR_CANCELED, "interrupted");

@@ -31,13 +31,13 @@ void remote_close(struct remote *remote);
 /* Ask and read the whole answer; any HTTP status is an answer. `body` may be
  * NULL. `headers` end with NULL. False: ERROR_IO (unreachable or broken off),
  * ERROR_TIMEOUT after timeout_s without an answer, ERROR_CANCELED
- * (interrupted). An interrupted process may ask once more: pass `last`. */
+ * (interrupted grace_s ago: what must not be left half said gets that long). */
 struct remote_ask {
     const char *method, *path;
     const struct bytes *body;
     const char *const *headers;
     double timeout_s;
-    bool last;
+    double grace_s;
 };
 bool remote_send(struct remote *remote, const struct remote_ask *ask,
                  struct remote_reply *reply, struct error *err);

@@ -11,6 +11,7 @@
 enum {
     ANSWER_S = 30,     /* longest silence where no wait was asked for */
     RENDER_WAIT_S = 1, /* then it becomes a job whose progress is told */
+    CANCEL_S = 5,      /* for a last word after Ctrl-C */
     JOB_WAIT_S = 1,    /* between two looks at it */
     RETRY_MAX = 5      /* looks in a row that found nobody */
 };
@@ -69,7 +70,8 @@ static int broken(struct call *call, const struct error *err)
         snprintf(text, sizeof text, "%s; the job is %s", err->text, call->job);
         return fail(call, STATUS_SERVER, text);
     }
-    /* Before a job is known the server notices that we left, and cancels. */
+    /* Before a job is known there is none, or the server notices that we left
+     * and cancels it. */
     if (call->job[0] != '\0') {
         struct remote_reply reply;
         char path[128];
@@ -78,8 +80,8 @@ static int broken(struct call *call, const struct error *err)
         struct remote_ask ask = {.method = "POST",
                                  .path = path,
                                  .body = &nothing,
-                                 .timeout_s = 5,
-                                 .last = true};
+                                 .timeout_s = CANCEL_S,
+                                 .grace_s = CANCEL_S};
         if (remote_send(call->remote, &ask, &reply, NULL))
             remote_reply_clear(&reply);
     }
@@ -129,11 +131,14 @@ static int submit(struct call *call)
              output_media_type(call->ask->output));
     const char *headers[] = {"Content-Type: application/json", prefer, accept,
                              NULL};
+    /* An interruption waits for the answer: whoever left a moment before a
+     * 202 would leave a job behind. */
     struct remote_ask ask = {.method = "POST",
                              .path = "/v1/render",
                              .body = &call->body,
                              .headers = headers,
-                             .timeout_s = ANSWER_S};
+                             .timeout_s = ANSWER_S,
+                             .grace_s = RENDER_WAIT_S + 1};
     struct remote_reply reply;
     struct error err = {0};
     int status = -1;
