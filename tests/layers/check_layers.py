@@ -49,8 +49,7 @@ VENDORS = {
     # Threads exist in named files only.
     r"pthread|threads\.h": [
         "core/base/log.c", "core/trace/render.c", "core/image/codec.c",
-        "server/http/http.c", "server/store/store_sqlite.c",
-        "server/store/store_memory.c", "server/blobs/blobs.c",
+        "server/http/http.c", "server/store/store.c", "server/blobs/blobs.c",
         "server/pool/pool.c", "server/api/events.c"],
     # No libm but sqrt in the tracer: pixels would depend on the C library.
     r"tgmath": [],
