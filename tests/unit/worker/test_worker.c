@@ -272,15 +272,15 @@ static void progress_comes_ten_times_a_second_at_most(void **state)
     int64_t start = clock_monotonic_us();
     int count = 0;
     uint64_t rays = 0;
-    while (ms_since(start) < 1050) {
+    /* At least a second, and until the first tile is done. */
+    while (ms_since(start) < 1050 || rays == 0) {
         struct message message = await(&child, MESSAGE_PROGRESS);
         assert_true(message.body.progress.rays >= rays);
         rays = message.body.progress.rays;
         count++;
         message_clear(&message);
     }
-    assert_in_range(count, 3, 12);
-    assert_true(rays > 0);
+    assert_in_range(count, 3, 2 + (int)(ms_since(start) / 100));
     child_stop(&child, NULL);
 }
 
@@ -445,16 +445,16 @@ static void it_knows_little_and_may_do_less(void **state)
     unsetenv("GLINT_SECRET");
     struct bytes file = render(&child, small, png);
     bytes_clear(&file);
-    struct bytes environ = proc_file(child.pid, "environ");
-    assert_null(memmem(environ.data, environ.len, "GLINT_SECRET", 12));
-    assert_null(memmem(environ.data, environ.len, "HOME=", 5));
-    assert_non_null(memmem(environ.data, environ.len, "LANG=C", 6));
+    struct bytes knows = proc_file(child.pid, "environ");
+    assert_null(memmem(knows.data, knows.len, "GLINT_SECRET", 12));
+    assert_null(memmem(knows.data, knows.len, "HOME=", 5));
+    assert_non_null(memmem(knows.data, knows.len, "LANG=C", 6));
     struct bytes status = proc_file(child.pid, "status");
     assert_non_null(strstr(status.data, "NoNewPrivs:\t1"));
     assert_non_null(strstr(status.data, "Seccomp:\t2"));
     if (getsid(child.pid) != child.pid)
         fail_msg("the worker must lead a session of its own");
-    bytes_clear(&environ);
+    bytes_clear(&knows);
     bytes_clear(&status);
     child_stop(&child, NULL);
 }
