@@ -16,7 +16,7 @@ from conftest import BIN
 KILLS = int(os.environ.get("GLINT_KILLS", "8"))
 
 
-def scene(spp, size=96, seed=0):
+def scene(spp, size=192, seed=0):
     return {"version": 1, "film": {"width": size, "height": size},
             "sampler": {"type": "sobol", "spp": spp, "seed": seed},
             "integrator": {"type": "whitted", "max_bounces": 0},
@@ -30,20 +30,14 @@ def minutes():
 
 
 def calibrate(daemon, seconds):
-    """Samples that make a 96 x 96 render take about so long."""
-    spp = 256
-    job = submit(daemon, scene(spp))
-    stats = finished(daemon, job)["stats"]
-    trace_ms = max(stats_ms(stats), 1)
-    return max(64, min(65536, int(spp * seconds * 1000 / trace_ms)))
-
-
-def stats_ms(stats):
-    """The tracing time of a finished job, wherever the job object has it."""
-    for key in ("trace_ms", "render_ms"):
-        if key in stats:
-            return stats[key]
-    return stats["timing"]["trace_ms"]
+    """Samples that make a render take about so long on this machine, or a bit
+    longer where others use it too."""
+    spp = 64
+    traced = []
+    for seed in range(3):
+        job = submit(daemon, scene(spp, seed=1000 + seed))
+        traced.append(finished(daemon, job)["stats"]["seconds"]["trace"])
+    return max(64, min(16384, int(spp * seconds / max(min(traced), 1e-3))))
 
 
 def submit(daemon, document):
@@ -65,7 +59,7 @@ def image(daemon, job):
     return reply.body
 
 
-def wait_running(daemon, job, progress=0.0, timeout=60):
+def wait_running(daemon, job, progress=-1.0, timeout=60):
     deadline = time.monotonic() + timeout
     while time.monotonic() < deadline:
         found = daemon.get(f"/v1/jobs/{job}").json
@@ -85,7 +79,7 @@ def test_killed_worker_costs_an_attempt_and_no_pixel(new_daemon):
     # Another daemon of the same build has no cached answer.
     other = new_daemon("--workers", "1", data=f"{daemon.data}-2")
     job = submit(other, scene(spp, seed=1))
-    wait_running(other, job, progress=0.01)
+    wait_running(other, job, progress=0)
     workers = other.workers()
     assert len(workers) == 1
     os.kill(workers[0], signal.SIGKILL)
@@ -135,7 +129,7 @@ def test_stopped_worker_is_replaced(new_daemon):
     daemon = new_daemon("--workers", "1", "--stall-seconds", "5")
     spp = calibrate(daemon, 1.5)
     job = submit(daemon, scene(spp, seed=2))
-    wait_running(daemon, job, progress=0.01)
+    wait_running(daemon, job, progress=0)
     stopped = daemon.workers()
     os.kill(stopped[0], signal.SIGSTOP)
     found = finished(daemon, job)
@@ -153,18 +147,17 @@ def test_time_is_up(new_daemon):
         "max_render_seconds" in str(found["error"])
 
 
-def test_number_of_workers_leaves_no_trace(new_daemon):
+def test_number_of_workers_leaves_no_trace(new_daemon, tmp_path):
     results = []
     for workers, threads in ((1, 1), (1, 2), (3, 5)):
         daemon = new_daemon("--workers", workers, "--threads", threads,
-                            data=f"/tmp/{os.getpid()}-crew-{workers}{threads}")
-        jobs = [submit(daemon, scene(64, seed=s)) for s in range(4)]
+                            data=tmp_path / f"{workers}-{threads}")
+        jobs = [submit(daemon, scene(16, seed=s)) for s in range(4)]
         for job in jobs:
             finished(daemon, job)
         results.append([hashlib.sha256(image(daemon, job)).hexdigest()
                         for job in jobs])
         assert daemon.stop() == 0
-        os.system(f"rm -rf {daemon.data} {daemon.log_path}")
     assert results[0] == results[1] == results[2]
     assert len(set(results[0])) == 4
 
@@ -181,7 +174,7 @@ class Client(threading.Thread):
         self.over = threading.Event()
 
     def run(self):
-        seed = self.number * 1000000
+        seed = self.number * 100000
         while not self.over.is_set():
             seed += 1
             try:
@@ -198,8 +191,8 @@ class Client(threading.Thread):
 
 
 def under_load(daemon, spp, seconds, clients=3):
-    started = [Client(daemon, i + int(time.monotonic() * 100), spp)
-               for i in range(clients)]
+    started = [Client(daemon, random.randrange(40000), spp)
+               for _ in range(clients)]
     for client in started:
         client.start()
     time.sleep(seconds)
@@ -241,9 +234,9 @@ def test_killed_daemon_loses_no_promise(new_daemon):
 
 def test_killed_daemon_costs_a_running_job_no_attempt(new_daemon):
     daemon = new_daemon("--workers", "1")
-    spp = calibrate(daemon, 1.0)
+    spp = calibrate(daemon, 1.5)
     job = submit(daemon, {"scene": scene(spp, seed=3), "max_attempts": 1})
-    wait_running(daemon, job, progress=0.01)
+    wait_running(daemon, job, progress=0)
     orphans = daemon.workers()
     daemon.kill()
     deadline = time.monotonic() + 2
@@ -269,7 +262,7 @@ def test_sigterm_under_load_loses_no_promise(new_daemon):
 
 def test_sigterm_lets_what_runs_finish(new_daemon):
     daemon = new_daemon("--workers", "1")
-    spp = calibrate(daemon, 1.0)
+    spp = calibrate(daemon, 1.5)
     job = submit(daemon, scene(spp, seed=4))
     wait_running(daemon, job)
     daemon.process.send_signal(signal.SIGTERM)
@@ -306,7 +299,7 @@ def test_second_sigterm_ends_at_once(new_daemon):
 def test_cancel_stops_a_running_render(new_daemon):
     daemon = new_daemon("--workers", "1")
     job = submit(daemon, minutes())
-    wait_running(daemon, job, progress=0.0)
+    wait_running(daemon, job, progress=0)
     before = daemon.workers()
     start = time.monotonic()
     assert daemon.post(f"/v1/jobs/{job}/cancel").status == 200

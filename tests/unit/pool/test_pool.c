@@ -215,12 +215,11 @@ static void test_cancel_of_a_stopped_worker(void **state)
 static void test_time_is_up(void **state)
 {
     (void)state;
-    rig_open(&rig, (struct pool_options){.max_render_seconds = 2});
+    rig_open(&rig, (struct pool_options){.max_render_seconds = 0.5});
     rig_submit(&rig, minutes, 2, id);
     struct job job = rig_wait(&rig, id, JOB_FAILED, 20000);
     assert_int_equal(job.error_code, ERROR_TIMEOUT);
     assert_int_equal(job.attempt, 2);
-    run(quick, JOB_SUCCEEDED);
 }
 
 static void test_too_much_memory(void **state)
