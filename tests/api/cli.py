@@ -12,8 +12,9 @@ SMALLEST = EXAMPLES / "smallest.json"
 
 # Long enough to be interrupted: minutes of work on any machine.
 ENDLESS = ["--set", '/sampler={"type": "sobol", "spp": 2048}']
-# About a second or a few: long enough to be watched.
-LONGER = ["--set", '/sampler={"type": "sobol", "spp": 32}']
+# A second or a few, on one thread of any machine: long enough to be watched.
+LONGER = ["--set", '/sampler={"type": "sobol", "spp": 12}']
+ALONE = ["--threads", "1"]
 SMALL = ["--set", "/film/width=48", "--set", "/film/height=32"]
 
 

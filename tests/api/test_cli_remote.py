@@ -57,10 +57,11 @@ def test_a_job_document_goes_as_it_is(daemon, tmp_path):
     assert here.stdout == there.stdout and b"depth.V" in there.stdout
 
 
-def test_a_long_render_becomes_a_job_with_a_bar(daemon, tmp_path):
+def test_a_long_render_becomes_a_job_with_a_bar(new_daemon, tmp_path):
+    daemon = new_daemon("--threads", 1, "--workers", 1)
     status, drawn = on_terminal(
         ["render", TABLE, "-o", "a.png", "--set",
-         '/sampler={"type": "sobol", "spp": 160}', "--server", url(daemon)],
+         '/sampler={"type": "sobol", "spp": 28}', "--server", url(daemon)],
         cwd=tmp_path)
     assert status == 0, drawn
     shown = percents(drawn)

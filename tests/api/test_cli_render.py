@@ -13,8 +13,8 @@ import time
 import fcntl
 import pytest
 
-from cli import (BIN, ENDLESS, EXAMPLES, GLINT, LONGER, SMALL, SMALLEST, TABLE,
-                 assert_png, environment, files, glint)
+from cli import (ALONE, BIN, ENDLESS, EXAMPLES, GLINT, LONGER, SMALL,
+                 SMALLEST, TABLE, assert_png, environment, files, glint)
 
 
 def test_a_png(tmp_path):
@@ -397,7 +397,7 @@ def percents(drawn):
 
 def test_the_bar_is_monotonic_ascii_and_ends_with_a_newline(tmp_path):
     status, drawn = on_terminal(
-        ["render", TABLE, "-o", "a.png", *LONGER], cwd=tmp_path)
+        ["render", TABLE, "-o", "a.png", *LONGER, *ALONE], cwd=tmp_path)
     assert status == 0, drawn
     bars = [line for line in re.split(r"[\r\n]+", drawn) if "%" in line]
     assert len(bars) >= 3, drawn
@@ -415,7 +415,7 @@ def test_the_bar_is_monotonic_ascii_and_ends_with_a_newline(tmp_path):
 
 def test_a_narrow_terminal_gets_a_short_line(tmp_path):
     status, drawn = on_terminal(
-        ["render", TABLE, "-o", "a.png", *LONGER], columns=30, cwd=tmp_path)
+        ["render", TABLE, "-o", "a.png", *LONGER, *ALONE], columns=30, cwd=tmp_path)
     assert status == 0
     bars = [line for line in re.split(r"[\r\n]+", drawn) if "%" in line]
     assert bars and all(len(bar) < 30 for bar in bars)
@@ -424,7 +424,7 @@ def test_a_narrow_terminal_gets_a_short_line(tmp_path):
 def test_quiet_and_dumb_terminals_get_no_bar(tmp_path):
     for flags, env in ((["-q"], {}), ([], {"TERM": "dumb"})):
         status, drawn = on_terminal(
-            ["render", TABLE, "-o", "a.png", *LONGER, *flags], cwd=tmp_path,
+            ["render", TABLE, "-o", "a.png", *LONGER, *ALONE, *flags], cwd=tmp_path,
             **env)
         assert status == 0
         assert "[#" not in drawn and "\r" not in drawn.replace("\r\n", "")
