@@ -23,7 +23,7 @@ ROOMS = {
     "server/store": ["server/jobs"],
     "server/worker/wire": [],
     "server/worker/child": ["server/worker/wire"],
-    "server/worker": ["core/scene", "core/trace", "core/image",
+    "server/worker": ["core/scene", "core/trace", "core/image", "core/image/develop",
                       "server/worker/wire"],
     "server/pool": ["server/jobs", "server/store", "server/blobs",
                     "server/worker/wire", "server/worker/child"],
