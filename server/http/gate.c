@@ -361,28 +361,40 @@ static bool see_lf(struct gate *gate, unsigned char c)
     }
 }
 
-static bool see(struct gate *gate, unsigned char c)
+static bool see_chunk_end(struct gate *gate, unsigned char c)
 {
-    switch (gate->state) {
-    case START: return see_start(gate, c);
-    case METHOD: return see_method(gate, c);
-    case TARGET: return see_target(gate, c);
-    case PERCENT_1:
-    case PERCENT_2: return see_percent(gate, c);
-    case VERSION: return see_version(gate, c);
-    case NAME_START: return see_name_start(gate, c);
-    case NAME: return see_name(gate, c);
-    case VALUE: return see_value(gate, c);
-    case SIZE: return see_size(gate, c);
-    case EXTENSION: return see_extension(gate, c);
-    case CHUNK_CR:
-        gate->state = CHUNK_LF;
-        return c == '\r' ||
-               line_error(gate, c, "a chunk is longer than its size");
-    case SHUT: return false;
-    default: return see_lf(gate, c);
-    }
+    gate->state = CHUNK_LF;
+    return c == '\r' || line_error(gate, c, "a chunk is longer than its size");
 }
+
+static bool see_nothing(struct gate *gate, unsigned char c)
+{
+    (void)gate, (void)c;
+    return false;
+}
+
+/* Who looks at a byte; bytes of bodies are counted in gate_feed. */
+static bool (*const see[])(struct gate *gate, unsigned char c) = {
+    [START] = see_start,
+    [BLANK_LF] = see_lf,
+    [METHOD] = see_method,
+    [TARGET] = see_target,
+    [PERCENT_1] = see_percent,
+    [PERCENT_2] = see_percent,
+    [VERSION] = see_version,
+    [LINE_LF] = see_lf,
+    [NAME_START] = see_name_start,
+    [NAME] = see_name,
+    [VALUE] = see_value,
+    [VALUE_LF] = see_lf,
+    [HEAD_LF] = see_lf,
+    [SIZE] = see_size,
+    [EXTENSION] = see_extension,
+    [SIZE_LF] = see_lf,
+    [CHUNK_CR] = see_chunk_end,
+    [CHUNK_LF] = see_lf,
+    [SHUT] = see_nothing,
+};
 
 bool gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole)
 {
@@ -397,7 +409,7 @@ bool gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole)
             i += take;
             if (gate->left == 0)
                 gate->state = gate->state == BODY ? START : CHUNK_CR;
-        } else if (!see(gate, (unsigned char)data[i++]))
+        } else if (!see[gate->state](gate, (unsigned char)data[i++]))
             return false;
         if (gate->state == START && !gate->blank)
             *whole = i;

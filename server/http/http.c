@@ -43,6 +43,9 @@ enum {
     SLOT_BITS = 20
 };
 
+/* Whatever a handler allows. */
+#define BODY_MAX (UINT64_C(1) << 40)
+
 enum place { NOWHERE, RECEIVING, PARKED, PLACE_COUNT };
 
 /* One connection, and the request it carries. The loop thread owns it; only
@@ -553,6 +556,8 @@ static enum MHD_Result begin_request(struct conn *conn, const char *method,
     conn->admitted = true;
     conn->limit =
         http->handler.admit(http->handler.app, &conn->request, &reply);
+    if (conn->limit > BODY_MAX)
+        conn->limit = BODY_MAX;
     const char *text = request_header(&conn->request, "Content-Length");
     uint64_t length = text != NULL ? strtoull(text, NULL, 10) : 0;
     if (request_header(&conn->request, "Transfer-Encoding") != NULL)
@@ -591,6 +596,7 @@ static bool grow_body(struct conn *conn, size_t needed)
         capacity = needed + BODY_STEP;
     if (capacity > conn->limit + 1)
         capacity = (size_t)conn->limit + 1;
+    MUST(capacity >= needed);
     uint64_t more = capacity - conn->capacity;
     if (more > http->options.max_bodies_bytes ||
         http->bodies > http->options.max_bodies_bytes - more)

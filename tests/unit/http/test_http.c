@@ -313,22 +313,21 @@ static void test_malformed_in_a_pipeline(void **state)
 {
     (void)state;
     struct app app;
-    char text[2048];
     start(&app, (struct http_options){0});
     for (size_t i = 0; i < MALFORMED_COUNT; i++) {
         static const char good[] = POST "Content-Length: 5\r\n\r\nworld";
-        size_t len = sizeof good - 1;
-        memcpy(text, good, len);
-        memcpy(text + len, malformed[i].text, malformed[i].len);
-        len += malformed[i].len;
+        struct bytes text = {0};
+        bytes_append(&text, good, sizeof good - 1);
+        bytes_append(&text, malformed[i].text, malformed[i].len);
+        size_t len = text.len;
         size_t cut = i % 3 == 0 ? len : i % 3 == 1 ? sizeof good + 8 : 40;
         if (cut > len)
             cut = len;
         int fd = dial(&app);
-        say(fd, text, cut);
+        say(fd, text.data, cut);
         if (cut < len)
             usleep(3000);
-        say(fd, text + cut, len - cut);
+        say(fd, text.data + cut, len - cut);
         struct answer first = hear(fd, true);
         assert_int_equal(first.status, 200);
         assert_string_equal(first.body, "world");
@@ -337,6 +336,7 @@ static void test_malformed_in_a_pipeline(void **state)
             fail_msg("%s: %u", malformed[i].name, second.status);
         assert_true(closed(fd));
         close(fd);
+        bytes_clear(&text);
     }
     assert_int_equal(atomic_load(&app.handled), MALFORMED_COUNT);
     stop(&app);
@@ -512,17 +512,19 @@ static void test_chunked_limit(void **state)
     struct app app;
     start(&app, (struct http_options){0});
     int fd = dial(&app);
-    char block[4096 + 8];
-    memset(block, 'x', sizeof block);
-    memcpy(block, "1000\r\n", 6);
-    memcpy(block + 4096 + 6, "\r\n", 2);
+    struct bytes block = {0};
+    bytes_text(&block, "1000\r\n");
+    for (int i = 0; i < 4096; i++)
+        bytes_text(&block, "x");
+    bytes_text(&block, "\r\n");
     SAY(fd, "POST /small HTTP/1.1\r\n" H "Transfer-Encoding: chunked\r\n\r\n");
     for (int i = 0; i < 5000; i++) /* 20 MiB, whatever comes back */
-        if (!say(fd, block, sizeof block))
+        if (!say(fd, block.data, block.len))
             break;
     struct answer answer = hear(fd, true);
     assert_int_equal(answer.status, 413);
     assert_non_null(strstr(answer.body, "at most 1000 bytes"));
+    bytes_clear(&block);
     assert_true(closed(fd));
     close(fd);
     assert_int_equal(atomic_load(&app.gone), 0);
