@@ -118,7 +118,7 @@ const struct json *json_read(const char *text, size_t len,
     if (most.max_depth > MAX_DEPTH)
         most.max_depth = MAX_DEPTH;
     if (most.max_values == 0)
-        most.max_values = 1024 * 1024;
+        most.max_values = 256 * 1024;
 
     if (len > most.max_bytes) {
         error_list_add(errors, ERROR_BUDGET_BYTES, NULL, 0, 0, NULL, NULL,

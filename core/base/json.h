@@ -47,7 +47,7 @@ struct json {
 struct json_limits {
     size_t max_bytes;  /* [1 MiB] over it: ERROR_BUDGET_BYTES, no place */
     uint32_t max_depth; /* [32] over it: ERROR_JSON_DEPTH */
-    size_t max_values; /* [2^20] over it: ERROR_BUDGET_LIST */
+    size_t max_values; /* [2^18] over it: ERROR_BUDGET_LIST */
 };
 
 /* Read a whole text. NULL on the first error, which is added to `errors` as

@@ -282,7 +282,16 @@ static void hostile_texts_fail_fast(void **unused)
     assert_true(r.arena.used < 64 * 1024);
     end(&r);
 
-    /* A hundred thousand names with one hash-friendly shape, the last one
+    /* A megabyte of the smallest values, refused before a tree is made. */
+    text[0] = '[';
+    for (size_t i = 1; i < 1024 * 1024; i += 2)
+        memcpy(text + i, i + 2 < 1024 * 1024 ? "1," : "1]", 2);
+    begin(&r, text, 1024 * 1024, NULL);
+    assert_int_equal(r.errors.items[0].code, ERROR_BUDGET_LIST);
+    assert_true(r.arena.used < 64 * 1024);
+    end(&r);
+
+    /* Tens of thousands of names with one hash-friendly shape, the last one
      * repeated. */
     size_t at = (size_t)sprintf(text, "{");
     for (int i = 0; i < 60000; i++)
