@@ -16,23 +16,30 @@
 
 #include "tests/unit/pool/rig.h"
 
-#define SPHERE(width, height, spp)                                             \
-    "{\"version\": 1, \"film\": {\"width\": " #width ", \"height\": " #height  \
-    "}, \"sampler\": {\"type\": \"sobol\", \"spp\": " #spp                     \
-    "}, \"integrator\": {\"type\": \"whitted\", \"max_bounces\": 0}, "         \
-    "\"objects\": [{\"type\": \"sphere\"}, {\"type\": \"plane\", "             \
-    "\"offset\": -1}]}"
+enum { SCENE_SIZE = 400 };
 
-static const char quick[] = SPHERE(64, 48, 1);
-static const char second[] = SPHERE(128, 128, 1024); /* about one */
-static const char minutes[] = SPHERE(512, 512, 4096);
+/* One ray to the camera and at most one to the light per sample. */
+static void sphere(char text[SCENE_SIZE], unsigned size, unsigned spp)
+{
+    snprintf(text, SCENE_SIZE,
+             "{\"version\": 1, \"film\": {\"width\": %u, \"height\": %u}, "
+             "\"sampler\": {\"type\": \"sobol\", \"spp\": %u}, "
+             "\"integrator\": {\"type\": \"whitted\", \"max_bounces\": 0}, "
+             "\"objects\": [{\"type\": \"sphere\"}, "
+             "{\"type\": \"plane\", \"offset\": -1}]}",
+             size, size, spp);
+}
+
+static char quick[SCENE_SIZE];
+static char second[SCENE_SIZE];   /* about one */
+static char minutes[SCENE_SIZE];  /* in many small tiles */
+static char one_tile[SCENE_SIZE]; /* some seconds for one thread */
 
 static struct rig rig;
 static char id[ID_SIZE];
 
-static int set_up(void **state)
+static void find_worker(void)
 {
-    (void)state;
     const char *build = getenv("GLINT_BUILD");
     char path[4096];
     if (build != NULL) {
@@ -44,6 +51,11 @@ static int set_up(void **state)
         snprintf(strrchr(path, '/') + 1, 64, "../bin/glint-worker");
     }
     setenv("GLINT_WORKER", path, 1);
+}
+
+static int set_up(void **state)
+{
+    (void)state;
     memset(&rig, 0, sizeof rig);
     return 0;
 }
@@ -61,6 +73,34 @@ static struct job run(const char *scene, enum job_state state)
     return rig_wait(&rig, id, state, 120000);
 }
 
+/* Samples per pixel for a render of about so many seconds on two threads. */
+static unsigned samples(double per_second, unsigned size, double seconds)
+{
+    double spp = per_second * seconds / size / size;
+    return spp < 1 ? 1 : spp > 65536 ? 65536 : (unsigned)spp;
+}
+
+/* How fast is this build here? A sanitizer costs a factor of fifty. */
+static int calibrate(void **state)
+{
+    (void)state;
+    find_worker();
+    rig_open(&rig, (struct pool_options){0});
+    double best = 0;
+    for (int i = 0; i < 3; i++) {
+        sphere(quick, 128, 16);
+        struct job job = run(quick, JOB_SUCCEEDED);
+        double rate = (double)job.stats.rays_camera / job.stats.trace_ms * 1000;
+        best = rate > best ? rate : best;
+    }
+    rig_close(&rig);
+    sphere(quick, 64, 1);
+    sphere(second, 128, samples(best, 128, 1));
+    sphere(minutes, 512, samples(best, 512, 100));
+    sphere(one_tile, 32, samples(best / 2, 32, 6));
+    return 0;
+}
+
 static void test_a_picture(void **state)
 {
     (void)state;
@@ -76,7 +116,7 @@ static void test_a_picture(void **state)
     assert_int_equal(read(fd, head, 8), 8);
     close(fd);
     assert_memory_equal(head, "\x89PNG\r\n\x1a\n", 8);
-    assert_int_equal(job.stats.rays_camera, 64 * 48);
+    assert_int_equal(job.stats.rays_camera, 64 * 64);
     assert_true(job.stats.trace_ms > 0 && job.stats.encode_ms > 0);
     assert_true(job.stats.peak_bytes > 1 << 20);
 }
@@ -181,8 +221,8 @@ static void test_stopped_worker_is_replaced(void **state)
 static void test_a_long_tile_is_no_stall(void **state)
 {
     (void)state;
-    rig_open(&rig, (struct pool_options){.stall_ms = 5000, .threads = 1});
-    rig_submit(&rig, SPHERE(32, 32, 65536), 1, id);
+    rig_open(&rig, (struct pool_options){.stall_ms = 3000, .threads = 1});
+    rig_submit(&rig, one_tile, 1, id);
     rig_wait(&rig, id, JOB_SUCCEEDED, 120000);
 }
 
@@ -226,7 +266,9 @@ static void test_too_much_memory(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.max_render_bytes = 16 << 20});
-    struct job job = run(SPHERE(4096, 4096, 1), JOB_FAILED);
+    char big[SCENE_SIZE];
+    sphere(big, 4096, 1);
+    struct job job = run(big, JOB_FAILED);
     assert_int_equal(job.error_code, ERROR_MEMORY);
     assert_int_equal(job.attempt, 1);
     run(quick, JOB_SUCCEEDED);
@@ -267,13 +309,14 @@ static void test_workers_and_threads_leave_no_trace(void **state)
     static const struct {
         unsigned workers, threads;
     } crews[] = {{1, 1}, {1, 2}, {3, 7}};
-    char result[SHA256_HEX_SIZE] = "";
+    char result[SHA256_HEX_SIZE] = "", scene[SCENE_SIZE];
+    sphere(scene, 96, 16);
     for (size_t i = 0; i < sizeof crews / sizeof crews[0]; i++) {
         rig_open(&rig, (struct pool_options){.workers = crews[i].workers,
                                              .threads = crews[i].threads});
         char ids[4][ID_SIZE];
         for (int k = 0; k < 4; k++)
-            rig_submit(&rig, SPHERE(96, 96, 64), 3, ids[k]);
+            rig_submit(&rig, scene, 3, ids[k]);
         for (int k = 0; k < 4; k++) {
             struct job job = rig_wait(&rig, ids[k], JOB_SUCCEEDED, 120000);
             if (result[0] == '\0')
@@ -305,5 +348,5 @@ int main(void)
         T(drain_gives_back_what_takes_too_long),
         T(workers_and_threads_leave_no_trace),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, calibrate, NULL);
 }
