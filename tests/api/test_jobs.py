@@ -271,7 +271,8 @@ def test_wrong_list_parameters(daemon, query):
     problem(daemon.get(f"/v1/jobs?{query}"), 400, "request-malformed")
 
 
-def test_a_client_that_leaves_cancels_its_render(daemon):
+def test_a_client_that_leaves_cancels_its_render(new_daemon):
+    daemon = new_daemon()
     body = json.dumps(slow(f"leaver-{time.time_ns()}")).encode()
     before = {job["id"] for job in daemon.get("/v1/jobs").json["jobs"]}
     with socket.create_connection(("127.0.0.1", daemon.port)) as client:
@@ -295,7 +296,8 @@ def test_a_client_that_leaves_cancels_its_render(daemon):
     assert state == "canceled"
 
 
-def test_a_watched_render_outlives_its_client(daemon):
+def test_a_watched_render_outlives_its_client(new_daemon):
+    daemon = new_daemon()
     body = json.dumps(slow(f"watched-{time.time_ns()}")).encode()
     before = {job["id"] for job in daemon.get("/v1/jobs").json["jobs"]}
     client = socket.create_connection(("127.0.0.1", daemon.port))

@@ -200,7 +200,8 @@ def test_respond_async_with_a_wait_long_enough(daemon):
     assert reply.headers["Preference-Applied"] == "respond-async, wait=20"
 
 
-def test_needs_async_creates_no_job(daemon):
+def test_needs_async_creates_no_job(new_daemon):
+    daemon = new_daemon()
     before = len(daemon.get("/v1/jobs?limit=200").json["jobs"])
     reply = daemon.post("/v1/render", slow("hopeless", 16384),
                         headers={"Prefer": "wait=1"})
@@ -209,9 +210,10 @@ def test_needs_async_creates_no_job(daemon):
     assert len(daemon.get("/v1/jobs?limit=200").json["jobs"]) == before
 
 
-def test_not_done_in_time_goes_on(daemon):
+def test_not_done_in_time_goes_on(new_daemon):
     """Work for about three times the wait: the estimate does not refuse it,
     and it cannot be done."""
+    daemon = new_daemon()
     for spp in (4096, 2048, 1024, 512, 256, 128, 64):
         document = slow("timeout", spp)
         check = daemon.post("/v1/scenes/validate", document).json
