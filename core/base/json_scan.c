@@ -1,5 +1,6 @@
 #include "core/base/json_scan.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,8 +71,9 @@ static bool grow(void **items, size_t count, size_t *capacity, size_t size)
 static bool no_memory(struct scan *s)
 {
     s->failed = true;
-    return error_list_add(s->errors, ERROR_MEMORY, NULL, 0, 0, NULL, NULL,
-                          "no memory to read a document of %zu bytes", s->len);
+    error_list_add(s->errors, ERROR_MEMORY, NULL, 0, 0, NULL, NULL,
+                   "no memory to read a document of %zu bytes", s->len);
+    return false;
 }
 
 /* --- duplicate names ----------------------------------------------------- */
@@ -411,7 +413,7 @@ static bool number_in_range(struct scan *s, size_t begin, bool has_exponent)
         memcpy(copy, s->text + begin, len);
         copy[len] = '\0';
         double number = strtod(copy, NULL);
-        if (number > 1.7976931348623157e308 || number < -1.7976931348623157e308)
+        if (isinf(number))
             wrong = or_text(arena_printf(s->errors->arena,
                                          "%s is beyond double precision", copy),
                             "the number is beyond double precision");

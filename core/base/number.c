@@ -75,7 +75,7 @@ static bool next_sixteen(double number, char text[NUMBER_SIZE])
 size_t number_text(double number, char text[NUMBER_SIZE])
 {
     if (number == 0) {
-        strcpy(text, "0");
+        memcpy(text, "0", 2);
         return 1;
     }
     if (number > -1e15 && number < 1e15 && (double)(int64_t)number == number)

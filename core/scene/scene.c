@@ -1,5 +1,7 @@
 #include "core/scene/scene.h"
 
+#include "core/base/must.h"
+
 /* The lecture's loop, `for (x = -1; x <= 1; x += 2 / (N - 1))` in single
  * precision: how often it runs, and the k-th value. For N = 1 the step is
  * infinite: one value, -1. A float is stored after every step, so no register
@@ -55,6 +57,7 @@ void scene_light_offset(const struct scene_light *light, uint32_t k, float *x,
                         float *z)
 {
     uint32_t count = per_axis(light);
+    MUST(count > 0);
     *x = axis_value(light, k / count);
     *z = axis_value(light, k % count);
 }

@@ -339,7 +339,7 @@ bool fault_unknown_key(struct reader *r, const struct json *member,
     const char *hint = foreign_name(member, kind);
     const char *fix = NULL;
     const struct kind *owner = owner_of(family, kind, member->key);
-    if (hint == NULL && owner != NULL) {
+    if (hint == NULL && family != NULL && owner != NULL) {
         hint =
             arena_printf(r->arena, "`%s` belongs to the %s `%s`, not to `%s`",
                          member->key, family->noun, owner->name, kind->name);

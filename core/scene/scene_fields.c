@@ -307,7 +307,7 @@ void read_value(struct reader *r, const struct json *value,
 {
     void *at = place(to, field);
     double numbers[16] = {0};
-    const char *text;
+    const char *text = NULL;
     struct paint paint;
     int choice = 0;
 

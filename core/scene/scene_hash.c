@@ -19,7 +19,7 @@ void scene_hash(const char *canonical, size_t len, const struct output *output,
     sha256_add(&sha, glint_version, strlen(glint_version));
     sha256_add(&sha, "", 1);
     sha256_add(&sha, settings.data, settings.len);
-    memcpy(hash, "sha256:", 7);
+    memcpy(hash, "sha256:", 8);
     sha256_hex(&sha, hash + 7);
     bytes_clear(&settings);
 }

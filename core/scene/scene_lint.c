@@ -299,7 +299,8 @@ size_t scene_lint(const struct json *root, const struct scene *scene,
     struct lint_list list = {.arena = arena, .root = root, .scene = scene};
     uint32_t at = 0;
     list.items = arena_array(arena, LINT_MAX, sizeof(struct lint_item));
-    list.nodes = arena_array(arena, scene->object_count, sizeof *list.nodes);
+    list.nodes =
+        arena_array(arena, scene->object_count, sizeof(const struct json *));
     *items = list.items;
     if (list.items == NULL || list.nodes == NULL)
         return 0;

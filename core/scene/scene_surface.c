@@ -245,8 +245,8 @@ void check_spot(struct reader *r, const struct json *object, void *to)
               NULL, NULL, "inner %s is not less than outer %s",
               number_said(r, inner), number_said(r, outer));
     if (numbers_of(object, "position", 3, position) &&
-        numbers_of(object, "target", 3, target) &&
-        memcmp(position, target, sizeof position) == 0)
+        numbers_of(object, "target", 3, target) && position[0] == target[0] &&
+        position[1] == target[1] && position[2] == target[2])
         fault(r, ERROR_GEOMETRY_DEGENERATE,
               first_of(json_member(object, "position"),
                        json_member(object, "target")),
