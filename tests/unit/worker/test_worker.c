@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/pidfd.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -400,6 +401,7 @@ static void it_dies_with_its_parent(void **state)
     assert_int_equal(pipe(report), 0);
     pid_t parent = fork();
     if (parent == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL); /* should the test be stopped */
         struct child child;
         struct message message;
         if (!child_start(&child, 0, NULL) ||
