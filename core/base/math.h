@@ -20,38 +20,50 @@
 
 /* Sine and cosine of an angle in degrees, |deg| <= 1e9. The angle is reduced
  * exactly, so 90 degrees has cosine 0 and sine 1. At most 1 ulp. */
-void math_sincos_deg(double deg, double *sin, double *cos);
+void
+math_sincos_deg(double deg, double *sin, double *cos);
 
 /* Radians, |x| <= 1e6. Absolute error 3e-16 * max(1, |x| / 8). */
-double math_sin(double x);
-double math_cos(double x);
+double
+math_sin(double x);
+double
+math_cos(double x);
 /* math_sin / math_cos. */
-double math_tan(double x);
+double
+math_tan(double x);
 
 /* Any x; relative error 5e-16; overflows to infinity, underflows to 0. */
-double math_exp(double x);
+double
+math_exp(double x);
 
 /* x > 0: relative error 5e-16 (absolute near 1: 1e-16); 0 gives -infinity,
  * x < 0 NaN. */
-double math_log(double x);
+double
+math_log(double x);
 
 /* x >= 0. Relative error 4e-16 * (2 + |y ln x|). x^0 = 1 also for x = 0;
  * x < 0 gives NaN. */
-double math_pow(double x, double y);
+double
+math_pow(double x, double y);
 
 /* Absolute error 5e-16. asin and acos take the nearest of [-1, 1]. */
-double math_asin(double x);
-double math_acos(double x);
-double math_atan2(double y, double x); /* (-pi, pi]; atan2(0, 0) is 0 */
+double
+math_asin(double x);
+double
+math_acos(double x);
+double
+math_atan2(double y, double x); /* (-pi, pi]; atan2(0, 0) is 0 */
 
-static inline uint32_t math_bits(float x)
+static inline uint32_t
+math_bits(float x)
 {
     uint32_t bits;
     memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
-static inline float math_float(uint32_t bits)
+static inline float
+math_float(uint32_t bits)
 {
     float x;
     memcpy(&x, &bits, sizeof x);
@@ -59,19 +71,25 @@ static inline float math_float(uint32_t bits)
 }
 
 /* Largest whole number <= x, exact. */
-static inline float math_floorf(float x)
+static inline float
+math_floorf(float x)
 {
+#if defined(__SSE4_1__)
+    return __builtin_floorf(x); /* one instruction, no call */
+#else
     float small = x > -8388608.0f ? x : 0.0f;
     small = small < 8388608.0f ? small : 0.0f;
     float whole = (float)(int32_t)small;
     whole = whole - (whole > small ? 1.0f : 0.0f);
     float magnitude = math_float(math_bits(x) & 0x7fffffffu);
     return magnitude < 8388608.0f ? whole : x;
+#endif
 }
 
 /* x > 0 and normal: |error| <= 3e-7 * max(|log2 x|, 2^-100). 0 and denormals:
  * -126 or less, finite. */
-static inline float math_log2f(float x)
+static inline float
+math_log2f(float x)
 {
     /* x = 2^k (1 + t), 1 + t in [sqrt(1/2), sqrt(2)); then the series of
      * 2 atanh(t / (2 + t)) / ln 2. */
@@ -92,7 +110,8 @@ static inline float math_log2f(float x)
 }
 
 /* Relative error 2e-7 for -126 <= x < 128; below: 0; above: near 3.4e38. */
-static inline float math_exp2f(float x)
+static inline float
+math_exp2f(float x)
 {
     float y = x > -127.0f ? x : -127.0f;
     y = y < 127.999f ? y : 127.999f;
@@ -115,14 +134,16 @@ static inline float math_exp2f(float x)
     return x < -126.0f ? 0.0f : r;
 }
 
-static inline float math_expf(float x)
+static inline float
+math_expf(float x)
 {
     return math_exp2f(x * 1.44269504f);
 }
 
 /* x >= 0, as the highlights need it. Relative error 3e-7 * (2 + |y log2 x|)
  * where the result is a normal float; x^0 = 1 also for x = 0; x < 0 as 0. */
-static inline float math_powf(float x, float y)
+static inline float
+math_powf(float x, float y)
 {
     float r = math_exp2f(y * math_log2f(x > 1.2e-38f ? x : 1.2e-38f));
     r = x > 1.2e-38f ? r : 0.0f;
@@ -130,7 +151,8 @@ static inline float math_powf(float x, float y)
 }
 
 /* |x| <= 1e4 radians: absolute error 3e-7 * max(1, |x|). */
-static inline float math_sin_quadrant(float x, int32_t add)
+static inline float
+math_sin_quadrant(float x, int32_t add)
 {
     float k = (x * 0.63661977f + 12582912.0f) - 12582912.0f;
     /* pi/2 in three parts: the first two have few bits, k times them is exact */
@@ -152,18 +174,21 @@ static inline float math_sin_quadrant(float x, int32_t add)
     return (q & 2) != 0 ? -v : v;
 }
 
-static inline float math_sinf(float x)
+static inline float
+math_sinf(float x)
 {
     return math_sin_quadrant(x, 0);
 }
 
-static inline float math_cosf(float x)
+static inline float
+math_cosf(float x)
 {
     return math_sin_quadrant(x, 1);
 }
 
 /* (-pi, pi], absolute error 5e-7; atan2f(0, 0) is 0. */
-static inline float math_atan2f(float y, float x)
+static inline float
+math_atan2f(float y, float x)
 {
     float ax = math_float(math_bits(x) & 0x7fffffffu);
     float ay = math_float(math_bits(y) & 0x7fffffffu);
@@ -187,7 +212,8 @@ static inline float math_atan2f(float y, float x)
 }
 
 /* Nearest of [-1, 1]; absolute error 5e-7. */
-static inline float math_asinf(float x)
+static inline float
+math_asinf(float x)
 {
     float c = x < -1.0f ? -1.0f : x;
     c = c > 1.0f ? 1.0f : c;

@@ -76,15 +76,13 @@ flat_normal(const struct scene_object *object, const double a[3],
 /* Both normals of the entries of `kind` from the record at `offset`. */
 static inline void
 flat_surface(const struct shape_set *set, struct surfaces *f, uint32_t kind,
-             uint32_t stride, uint32_t offset)
+             uint32_t stride, int32_t offset)
 {
-    const float *restrict records = set->records;
     uint32_t n = lanes_up(f->count);
-    LANE_LOOP
+    surfaces_fetch(f, kind, set->records, stride, offset, 3);
     for (uint32_t i = 0; i < n; i++) {
         bool mine = f->kind[i] == kind;
-        uint32_t k = offset + (mine ? f->index[i] * stride : 0);
-        float nx = records[k], ny = records[k + 1], nz = records[k + 2];
+        float nx = f->field[0][i], ny = f->field[1][i], nz = f->field[2][i];
         f->n[0][i] = mine ? nx : f->n[0][i];
         f->n[1][i] = mine ? ny : f->n[1][i];
         f->n[2][i] = mine ? nz : f->n[2][i];

@@ -64,6 +64,27 @@ struct surfaces {
     COLUMN(uint32_t, kind);  /* enum shape_kind */
     COLUMN(uint32_t, index); /* in its shape_set */
     COLUMN(uint32_t, material);
+    /* Scratch of the shapes: surfaces_fetch. */
+    COLUMN(int32_t, row);
+    COLUMNS(float, field, 6);
 };
+
+/* field[c] = float first + c of each entry's record, c < count <= 6; entries of
+ * other kinds get those of record 0, which every set has. (A step of its own:
+ * in a loop that uses the value for one kind only, gcc 12 makes the reads
+ * conditional and gives up on vectors.) */
+static inline void
+surfaces_fetch(struct surfaces *s, uint32_t kind, const float *restrict records,
+               uint32_t stride, int32_t first, int32_t count)
+{
+    uint32_t n = lanes_up(s->count);
+    for (uint32_t i = 0; i < n; i++)
+        s->row[i] = (int32_t)(s->kind[i] == kind ? s->index[i] * stride : 0);
+    for (int32_t c = 0; c < count; c++) {
+        LANE_LOOP
+        for (uint32_t i = 0; i < n; i++)
+            s->field[c][i] = records[s->row[i] + first + c];
+    }
+}
 
 #endif

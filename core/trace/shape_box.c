@@ -67,7 +67,7 @@ box_bounds(const float *b, float lo[3], float hi[3])
 /* The course's rule: the first face, in this order, that p is within eps of;
  * else +z (SCENE 6.1). Otherwise the face that p is relatively nearest to.
  * *axis 0 ... 2; the sign of the normal is returned. */
-static inline float
+static inline __attribute__((always_inline)) float
 box_face(const float *b, const struct shape_rules *rules, float x, float y,
          float z, int *axis)
 {
@@ -129,15 +129,13 @@ box_surface_transformed(const struct shape_set *set, struct surfaces *s)
 static void
 box_surface(const struct shape_set *set, struct surfaces *s)
 {
-    const float *restrict records = set->records;
     struct shape_rules rules = set->rules;
     uint32_t n = lanes_up(s->count);
-    LANE_LOOP
+    surfaces_fetch(s, SHAPE_BOX, set->records, 8, 0, 6);
     for (uint32_t i = 0; i < n; i++) {
         bool mine = s->kind[i] == SHAPE_BOX;
-        uint32_t k = mine ? s->index[i] * 8 : 0;
-        float b[6] = {records[k],     records[k + 1], records[k + 2],
-                      records[k + 3], records[k + 4], records[k + 5]};
+        const float b[6] = {s->field[0][i], s->field[1][i], s->field[2][i],
+                            s->field[3][i], s->field[4][i], s->field[5][i]};
         int axis;
         float sign =
             box_face(b, &rules, s->p[0][i], s->p[1][i], s->p[2][i], &axis);

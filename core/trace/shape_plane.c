@@ -57,13 +57,11 @@ plane_prepare(const struct scene_object *object, const struct shape_set *set,
 static void
 plane_surface(const struct shape_set *set, struct surfaces *s)
 {
-    const float *restrict records = set->records;
     uint32_t n = lanes_up(s->count);
-    LANE_LOOP
+    surfaces_fetch(s, SHAPE_PLANE, set->records, 8, 0, 3);
     for (uint32_t i = 0; i < n; i++) {
         bool mine = s->kind[i] == SHAPE_PLANE;
-        uint32_t k = mine ? s->index[i] * 8 : 0;
-        float nx = records[k], ny = records[k + 1], nz = records[k + 2];
+        float nx = s->field[0][i], ny = s->field[1][i], nz = s->field[2][i];
         s->n[0][i] = mine ? nx : s->n[0][i];
         s->n[1][i] = mine ? ny : s->n[1][i];
         s->n[2][i] = mine ? nz : s->n[2][i];

@@ -95,7 +95,6 @@ sphere_surface_transformed(const struct shape_set *set, struct surfaces *s)
 static void
 sphere_surface(const struct shape_set *set, struct surfaces *s)
 {
-    const float *restrict records = set->records;
     const uint8_t *restrict transformed = set->transformed;
     uint32_t n = lanes_up(s->count);
     if (set->any_transformed)
@@ -104,13 +103,12 @@ sphere_surface(const struct shape_set *set, struct surfaces *s)
                 s->kind[i] == SHAPE_SPHERE && transformed[s->index[i]] != 0
                     ? SHAPE_KIND_COUNT + SHAPE_SPHERE
                     : s->kind[i];
-    LANE_LOOP
+    surfaces_fetch(s, SHAPE_SPHERE, set->records, 4, 0, 4);
     for (uint32_t i = 0; i < n; i++) {
         bool mine = s->kind[i] == SHAPE_SPHERE;
-        uint32_t k = mine ? s->index[i] * 4 : 0;
         float px = s->p[0][i], py = s->p[1][i], pz = s->p[2][i];
-        float cx = records[k], cy = records[k + 1], cz = records[k + 2];
-        float r = records[k + 3];
+        float cx = s->field[0][i], cy = s->field[1][i], cz = s->field[2][i];
+        float r = s->field[3][i];
         float fx = px - cx, fy = py - cy, fz = pz - cz;
         float squared = dot3(fx, fy, fz, fx, fy, fz);
         float w = 1.0f / __builtin_sqrtf(squared > 0.0f ? squared : 1.0f);

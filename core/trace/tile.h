@@ -35,6 +35,7 @@ struct tile {
     COLUMN(uint32_t, live);
     COLUMN(uint32_t, keep);
     COLUMN(uint32_t, list);
+    COLUMN(uint32_t, flag);
     struct paints paints;
 
     /* Lights of the batch, per surface. */

@@ -30,6 +30,25 @@ is_course(const struct plan *plan)
     return plan->scene->integrator.accumulation != ACCUMULATION_RECURSIVE;
 }
 
+/* list = the entries of which some channel is not zero, ascending. */
+static uint32_t
+list_nonzero(uint32_t n, float color[3][BATCH_MAX], uint32_t *restrict flag,
+             uint32_t *restrict list)
+{
+    const float *restrict r = color[0], *restrict g = color[1],
+                          *restrict b = color[2];
+    for (uint32_t j = 0; j < lanes_up(n); j++) {
+        float sum = absolute(r[j]) + absolute(g[j]) + absolute(b[j]);
+        flag[j] = sum > 0.0f ? 1 : 0;
+    }
+    uint32_t count = 0;
+    for (uint32_t j = 0; j < n; j++) {
+        list[count] = j;
+        count += flag[j];
+    }
+    return count;
+}
+
 /* ---- Misses ---- */
 
 static void
@@ -198,13 +217,10 @@ shadow_terms(const struct plan *plan, uint32_t count, struct tile *t)
     r->count = count;
     accel_occluded(plan->accel, r);
     t->rays_traced[RAYS_SHADOW] += count;
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t j = t->list[i];
-        float open = r->far[i] < 0.0f ? 0.0f : 1.0f;
-        t->term[0][j] *= open;
-        t->term[1][j] *= open;
-        t->term[2][j] *= open;
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (r->far[i] < 0.0f)
+            for (int k = 0; k < 3; k++)
+                t->term[k][t->list[i]] = 0.0f;
 }
 
 static void
@@ -219,14 +235,8 @@ add_light(const struct plan *plan, uint32_t index, struct tile *t)
         light_table[light->kind](light, position, &t->surfaces, &t->light);
         light_terms(plan, light, t);
         if (plan->scene->integrator.shadows != SHADOWS_NONE) {
-            uint32_t count = 0;
-            for (uint32_t j = 0; j < t->surfaces.count; j++) {
-                t->list[count] = j;
-                count += (t->term[0][j] != 0.0f) | (t->term[1][j] != 0.0f) |
-                                 (t->term[2][j] != 0.0f)
-                             ? 1
-                             : 0;
-            }
+            uint32_t count =
+                list_nonzero(t->surfaces.count, t->term, t->flag, t->list);
             if (count > 0)
                 shadow_terms(plan, count, t);
         }
@@ -324,13 +334,7 @@ choose_next(const struct plan *plan, struct tile *t)
         for (uint32_t j = 0; j < n; j++)
             t->base[k][j] =
                 t->weight[k][t->live[j]] * t->paints.color[PAINT_MIRROR][k][j];
-    for (uint32_t j = 0; j < n; j++) {
-        t->keep[count] = j;
-        count += (t->base[0][j] != 0.0f) | (t->base[1][j] != 0.0f) |
-                         (t->base[2][j] != 0.0f)
-                     ? 1
-                     : 0;
-    }
+    count = list_nonzero(n, t->base, t->flag, t->keep);
     return count;
 }
 
