@@ -25,7 +25,7 @@ static const struct words {
         "Hilfe",
         "die gerechnete Szene",
         "das Bild als Datei",
-        "Der Auftrag l\xc3\xa4uft weiter; sein Ergebnis wird stehen unter",
+        "Der Auftrag l\xc3\xa4uft weiter; hier wird sein Ergebnis stehen:",
     },
 };
 
@@ -182,7 +182,8 @@ bool page_read_form(struct call *call, size_t *len)
     const char *type = request_header(call->request, "Content-Type");
 
     call->visit->show_problem = show_problem;
-    if (!type || strncasecmp(type, "application/x-www-form-urlencoded", 33)) {
+    if (!type ||
+        strncasecmp(type, "application/x-www-form-urlencoded", 33) != 0) {
         call_problem(call, PROBLEM_UNSUPPORTED_MEDIA_TYPE,
                      "this address takes the form of its page; programs use "
                      "POST /v1/render");

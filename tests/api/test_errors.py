@@ -196,18 +196,18 @@ def test_too_many_rays_and_what_would_fit(daemon):
 
 
 def test_all_errors_of_job_and_scene_at_once(daemon):
-    text = """{"priorty": "low",
+    text = """{"priorita": "low",
  "scene": {"objects": [{"type": "sphere", "radius": -1}]},
  "max_attempts": 0,
  "time_limit": 5}"""
     body = problem(post(daemon, text, "/v1/jobs"), 422, "job-invalid")
     assert [(e["code"], e["pointer"], e["line"]) for e in body["errors"]] == [
-        ("property.unknown", "/priorty", 1),
+        ("property.unknown", "/priorita", 1),
         ("number.too_small", "/scene/objects/0/radius", 2),
         ("number.too_small", "/max_attempts", 3),
         ("property.not_yet", "/time_limit", 4)]
     assert body["errors"][0]["fix"] == [
-        {"op": "move", "from": "/priorty", "path": "/priority"}]
+        {"op": "move", "from": "/priorita", "path": "/priority"}]
 
 
 def test_at_most_fifty_errors(daemon):
@@ -331,7 +331,7 @@ def test_compressed_bodies_are_refused(daemon):
     problem(reply, 415, "unsupported-media-type")
 
 
-@pytest.mark.parametrize("path", ["/v1/render?fromat=exr", "/version?x=1",
+@pytest.mark.parametrize("path", ["/v1/render?formats=exr", "/version?x=1",
                                   "/v1/scenes/validate?lint=2",
                                   "/v1/scenes/validate?lint=0&lint=0"])
 def test_query_parameters_are_strict(daemon, path):

@@ -71,7 +71,7 @@ static void all_errors_come_at_once(void **state)
 {
     (void)state;
     assert_false(read("{\"scene\": {},\n"
-                      " \"priorty\": \"low\",\n"
+                      " \"priorita\": \"low\",\n"
                       " \"priority\": \"lo\",\n"
                       " \"tags\": [\"ok\", \"-x\", 3, \"ok\"],\n"
                       " \"max_attempts\": 11,\n"
@@ -79,7 +79,7 @@ static void all_errors_come_at_once(void **state)
                       " \"frames\": {},\n"
                       " \"webhook\": \"hook_1\"}"));
     assert_int_equal(errors.count, 9);
-    expect(0, ERROR_PROPERTY_UNKNOWN, "/priorty", 2, 2);
+    expect(0, ERROR_PROPERTY_UNKNOWN, "/priorita", 2, 2);
     /* 'priority' is there already: no fix would help */
     assert_null(errors.items[0].fix);
     assert_non_null(strstr(errors.items[0].hint, "'priority'"));
@@ -99,9 +99,9 @@ static void all_errors_come_at_once(void **state)
 static void an_unknown_member_has_a_fix(void **state)
 {
     (void)state;
-    assert_false(read("{\"scene\": {}, \"priorty\": \"low\"}"));
+    assert_false(read("{\"scene\": {}, \"priorita\": \"low\"}"));
     assert_string_equal(errors.items[0].fix,
-                        "[{\"op\":\"move\",\"from\":\"/priorty\","
+                        "[{\"op\":\"move\",\"from\":\"/priorita\","
                         "\"path\":\"/priority\"}]");
     assert_false(read("{\"scene\": {}, \"colour\": 1}"));
     assert_null(errors.items[0].fix);
