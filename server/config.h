@@ -13,7 +13,7 @@
 struct config {
     char host[64];
     uint16_t port;
-    char data[1024]; /* folder: glint.db, blobs/ */
+    char data[1024];           /* folder: glint.db, blobs/ */
     unsigned workers, threads; /* resolved, >= 1 */
     bool insecure_open;
     enum log_level log_level;
@@ -33,7 +33,7 @@ enum config_wish { CONFIG_RUN, CONFIG_EXIT_OK, CONFIG_EXIT_BAD };
 /* Reads all sources; prints for --help, --version, --print-config and
  * --check-config. CONFIG_EXIT_BAD (exit status 3; 2 for usage in *status) after
  * naming every mistake on standard error. */
-enum config_wish
-config_read(int argc, char **argv, struct config *config, int *status);
+enum config_wish config_read(int argc, char **argv, struct config *config,
+                             int *status);
 
 #endif
