@@ -4,19 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/json_keys.h"
 #include "core/base/utf8.h"
 
 enum {
     NUMBER_CHARACTERS = 63 /* cJSON copies a number into 64 bytes */
-};
-
-/* A member name, decoded when it holds escapes. */
-struct key {
-    const char *text;
-    char *decoded; /* heap, or NULL */
-    uint32_t len;
-    uint32_t offset; /* of its opening quote */
-    uint32_t line, column;
 };
 
 /* An open array or object. */
@@ -38,8 +30,7 @@ struct scan {
     struct error_list *errors;
     struct level *levels; /* [max_depth] */
     uint32_t depth;
-    struct key *keys; /* of all open objects, outermost first */
-    size_t key_count, key_capacity;
+    struct json_keys keys; /* of all open objects, outermost first */
     bool failed;
 };
 
@@ -76,91 +67,12 @@ static bool no_memory(struct scan *s)
     return false;
 }
 
-/* --- duplicate names ----------------------------------------------------- */
-
-static int key_compare(const void *left, const void *right)
-{
-    const struct key *a = *(const struct key *const *)left;
-    const struct key *b = *(const struct key *const *)right;
-    size_t len = a->len < b->len ? a->len : b->len;
-    int order = memcmp(a->text, b->text, len);
-    if (order != 0)
-        return order;
-    if (a->len != b->len)
-        return a->len < b->len ? -1 : 1;
-    return a->offset < b->offset ? -1 : 1; /* equal names: document order */
-}
-
-static bool same_name(const struct key *a, const struct key *b)
-{
-    return a->len == b->len && memcmp(a->text, b->text, a->len) == 0;
-}
-
-/* The earliest key of keys[first...count) that repeats another one, with that
- * one in *original, or NULL. Sorted, so n log n whatever the names are; merge
- * sort in glibc, so no input makes it slow. */
-static const struct key *find_duplicate(struct scan *s, size_t first,
-                                        const struct key **original)
-{
-    size_t count = s->key_count - first;
-    const struct key *found = NULL;
-    if (count < 2)
-        return NULL;
-    const struct key **sorted = malloc(count * sizeof(const struct key *));
-    if (sorted == NULL) {
-        no_memory(s);
-        return NULL;
-    }
-    for (size_t i = 0; i < count; i++)
-        sorted[i] = &s->keys[first + i];
-    if (count <= 8) {
-        for (size_t i = 1; i < count; i++) {
-            for (size_t j = i;
-                 j > 0 && key_compare(&sorted[j - 1], &sorted[j]) > 0; j--) {
-                const struct key *swap = sorted[j];
-                sorted[j] = sorted[j - 1];
-                sorted[j - 1] = swap;
-            }
-        }
-    } else {
-        qsort(sorted, count, sizeof(const struct key *), key_compare);
-    }
-    for (size_t i = 0, run = 0; i < count; i++) {
-        if (!same_name(sorted[run], sorted[i]))
-            run = i;
-        if (i > run && (found == NULL || sorted[i]->offset < found->offset)) {
-            found = sorted[i];
-            *original = sorted[run];
-        }
-    }
-    free(sorted);
-    return found;
-}
-
-static void drop_keys(struct scan *s, size_t first)
-{
-    while (s->key_count > first)
-        free(s->keys[--s->key_count].decoded);
-}
-
 /* --- errors ---------------------------------------------------------------- */
-
-static void pointer_token(struct bytes *out, const struct key *key)
-{
-    for (uint32_t i = 0; i < key->len; i++) {
-        if (key->text[i] == '~')
-            bytes_text(out, "~0");
-        else if (key->text[i] == '/')
-            bytes_text(out, "~1");
-        else
-            bytes_append(out, &key->text[i], 1);
-    }
-}
 
 /* The pointer of the value under way at `depth` open levels; `last` replaces
  * the innermost name. */
 static void pointer_here(const struct scan *s, uint32_t depth,
-                         const struct key *last, struct bytes *out)
+                         const struct json_key *last, struct bytes *out)
 {
     for (uint32_t d = 0; d < depth; d++) {
         const struct level *level = &s->levels[d];
@@ -170,14 +82,15 @@ static void pointer_here(const struct scan *s, uint32_t depth,
             continue;
         }
         size_t keys =
-            d + 1 < s->depth ? s->levels[d + 1].first_key : s->key_count;
-        const struct key *key = &s->keys[keys - 1];
-        pointer_token(out, last != NULL && d + 1 == depth ? last : key);
+            d + 1 < s->depth ? s->levels[d + 1].first_key : s->keys.count;
+        const struct json_key *key = &s->keys.items[keys - 1];
+        json_key_token(last != NULL && d + 1 == depth ? last : key, out);
     }
 }
 
 static bool report_duplicate(struct scan *s, uint32_t depth,
-                             const struct key *key, const struct key *original)
+                             const struct json_key *key,
+                             const struct json_key *original)
 {
     struct bytes pointer = {0};
     pointer_here(s, depth, key, &pointer);
@@ -196,21 +109,21 @@ static bool report_duplicate(struct scan *s, uint32_t depth,
  * is never later than what it holds). True if it was reported. */
 static bool reported_duplicate(struct scan *s)
 {
-    size_t all = s->key_count;
-    for (uint32_t d = 0; d < s->depth && !s->failed; d++) {
-        if (!s->levels[d].is_object)
-            continue;
-        s->key_count = d + 1 < s->depth ? s->levels[d + 1].first_key : all;
-        const struct key *original = NULL;
-        const struct key *key =
-            find_duplicate(s, s->levels[d].first_key, &original);
-        s->key_count = all;
+    for (uint32_t d = 0; d < s->depth; d++) {
+        const struct json_key *key, *original;
+        size_t first = s->levels[d].first_key;
+        size_t end =
+            d + 1 < s->depth ? s->levels[d + 1].first_key : s->keys.count;
+        if (!json_keys_duplicate(&s->keys, first, end, &key, &original)) {
+            no_memory(s);
+            return true;
+        }
         if (key != NULL) {
             report_duplicate(s, d + 1, key, original);
             return true;
         }
     }
-    return s->failed;
+    return false;
 }
 
 /* Everything but a duplicate: a duplicate that stands before it wins. */
@@ -302,36 +215,10 @@ static bool at_digit(const struct scan *s)
     return s->at < s->len && s->text[s->at] >= '0' && s->text[s->at] <= '9';
 }
 
-static int hex_value(char c)
-{
-    if (c >= '0' && c <= '9')
-        return c - '0';
-    if (c >= 'a' && c <= 'f')
-        return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F')
-        return c - 'A' + 10;
-    return -1;
-}
-
-/* Four hex digits at text[at], or -1. */
-static int32_t hex4(const char *text, size_t len, size_t at_byte)
-{
-    int32_t value = 0;
-    if (len < at_byte + 4)
-        return -1;
-    for (size_t i = at_byte; i < at_byte + 4; i++) {
-        int digit = hex_value(text[i]);
-        if (digit < 0)
-            return -1;
-        value = value * 16 + digit;
-    }
-    return value;
-}
-
 /* A \u escape: one code point, from one or two escapes; moves past it. */
 static bool scan_unicode(struct scan *s)
 {
-    int32_t unit = hex4(s->text, s->len, s->at + 2);
+    int32_t unit = json_hex4(s->text, s->len, s->at + 2);
     if (unit < 0)
         return fail(s, ERROR_JSON_SYNTAX, "\\u needs four hex digits");
     if (unit == 0)
@@ -342,7 +229,7 @@ static bool scan_unicode(struct scan *s)
         int32_t low = -1;
         if (unit <= 0xdbff && s->len > s->at + 7 &&
             s->text[s->at + 6] == '\\' && s->text[s->at + 7] == 'u')
-            low = hex4(s->text, s->len, s->at + 8);
+            low = json_hex4(s->text, s->len, s->at + 8);
         if (low < 0xdc00 || low > 0xdfff)
             return fail(s, ERROR_JSON_UTF8,
                         "half of a surrogate pair stands alone");
@@ -471,43 +358,11 @@ static bool scan_word(struct scan *s, const char *word, const char *after)
 
 /* --- structure ------------------------------------------------------------- */
 
-/* The name in text[begin...end), without its quotes, escapes resolved. The scan
- * has checked it. */
-static char *decode_name(const char *text, size_t begin, size_t end,
-                         uint32_t *len)
-{
-    static const char from[] = "bfnrt", to[] = "\b\f\n\r\t";
-    char *out = malloc(end - begin + 1);
-    size_t n = 0;
-    if (out == NULL)
-        return NULL;
-    for (size_t i = begin; i < end;) {
-        if (text[i] != '\\') {
-            out[n++] = text[i++];
-        } else if (text[i + 1] != 'u') {
-            const char *e = strchr(from, text[i + 1]);
-            out[n++] = e != NULL ? to[e - from] : text[i + 1];
-            i += 2;
-        } else {
-            uint32_t c = (uint32_t)hex4(text, end, i + 2);
-            i += 6;
-            if (c >= 0xd800 && c <= 0xdfff) {
-                c = 0x10000 + ((c - 0xd800) << 10) +
-                    ((uint32_t)hex4(text, end, i + 2) - 0xdc00);
-                i += 6;
-            }
-            n += utf8_put(c, out + n);
-        }
-    }
-    *len = (uint32_t)n;
-    return out;
-}
-
 /* `"name" :`; leaves the key on top of the keys. */
 static bool scan_key(struct scan *s, const char *after)
 {
     skip_space(s);
-    struct key key = {
+    struct json_key key = {
         .offset = (uint32_t)s->at, .line = s->line, .column = column_of(s)};
     bool escaped;
     if (!at(s, '"'))
@@ -517,16 +372,14 @@ static bool scan_key(struct scan *s, const char *after)
     key.text = s->text + key.offset + 1;
     key.len = (uint32_t)(s->at - key.offset - 2);
     if (escaped) {
-        key.decoded = decode_name(s->text, key.offset + 1, s->at - 1, &key.len);
+        key.decoded =
+            json_key_decode(s->text, key.offset + 1, s->at - 1, &key.len);
         if (key.decoded == NULL)
             return no_memory(s);
         key.text = key.decoded;
     }
-    if (!grow((void **)&s->keys, s->key_count, &s->key_capacity, sizeof key)) {
-        free(key.decoded);
+    if (!json_keys_add(&s->keys, &key))
         return no_memory(s);
-    }
-    s->keys[s->key_count++] = key;
     skip_space(s);
     if (!at(s, ':'))
         return unexpected(s, "`:` after a member name", "");
@@ -545,7 +398,7 @@ static bool open_level(struct scan *s, bool is_object)
     s->levels[s->depth++] = (struct level){
         .is_object = is_object,
         .place = (uint32_t)(s->places->count - 1),
-        .first_key = (uint32_t)s->key_count,
+        .first_key = (uint32_t)s->keys.count,
     };
     s->at++;
     return true;
@@ -555,14 +408,15 @@ static bool close_level(struct scan *s)
 {
     struct level *level = &s->levels[s->depth - 1];
     if (level->is_object) {
-        const struct key *original = NULL;
-        if (find_duplicate(s, level->first_key, &original) != NULL) {
+        const struct json_key *key, *original;
+        if (!json_keys_duplicate(&s->keys, level->first_key, s->keys.count,
+                                 &key, &original))
+            return no_memory(s);
+        if (key != NULL) {
             reported_duplicate(s);
             return false;
         }
-        if (s->failed)
-            return false;
-        drop_keys(s, level->first_key);
+        json_keys_drop(&s->keys, level->first_key);
     }
     s->at++;
     s->places->items[level->place].end = (uint32_t)s->at;
@@ -586,7 +440,7 @@ static bool new_place(struct scan *s)
     *place = (struct json_place){
         .begin = (uint32_t)s->at, .line = s->line, .column = column_of(s)};
     if (s->depth > 0 && s->levels[s->depth - 1].is_object) {
-        const struct key *key = &s->keys[s->key_count - 1];
+        const struct json_key *key = &s->keys.items[s->keys.count - 1];
         place->key_line = key->line;
         place->key_column = key->column;
     }
@@ -694,8 +548,8 @@ bool json_scan(const char *text, size_t len, const struct json_limits *limits,
     if (len >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0)
         s.at = s.line_start = 3;
     ok = ok && scan_document(&s);
-    drop_keys(&s, 0);
-    free(s.keys);
+    json_keys_drop(&s.keys, 0);
+    free(s.keys.items);
     free(s.levels);
     return ok;
 }
