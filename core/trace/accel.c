@@ -8,31 +8,31 @@
 #include "core/base/must.h"
 #include "core/trace/embree.h"
 
-/* Up to this many analytic shapes are quicker without a BVH; measured with
- * bench_trace on AVX2 and AVX-512. */
-enum { SMALL_MAX = 24 };
-
 /* The native packet of the level: a wider one would be cut up by Embree, which
  * also reorders it. */
 #if defined(__AVX512F__)
-enum { WIDTH = 16 };
+enum { WIDTH = 16, SHADOW_ALL_MAX = 32, BOUNCE_ALL_MAX = 64 };
 #elif defined(__AVX2__)
-enum { WIDTH = 8 };
+enum { WIDTH = 8, SHADOW_ALL_MAX = 24, BOUNCE_ALL_MAX = 48 };
 #else
-enum { WIDTH = 4 };
+enum { WIDTH = 4, SHADOW_ALL_MAX = 10, BOUNCE_ALL_MAX = 10 };
 #endif
 
 struct tracing {
     unsigned width;
     bool coherent;
     unsigned visible; /* enum visible */
+    uint32_t all_max; /* up to so many analytic shapes all are tested */
+    bool embree;      /* this accel traces the kind through Embree */
 };
 
-/* How each kind of ray travels; by kind, never by load. */
+/* How each kind of ray travels; by kind, never by load. all_max is where
+ * `bench_trace small` sees a BVH begin to pay: rays that agree gain early, rays
+ * that do not late, and the more so the wider the vectors. */
 static const struct tracing tracing_table[RAY_KIND_COUNT] = {
-    [RAYS_CAMERA] = {WIDTH, true, VISIBLE_CAMERA},
-    [RAYS_SHADOW] = {WIDTH, false, VISIBLE_SHADOW},
-    [RAYS_BOUNCE] = {WIDTH, false, VISIBLE_REFLECTION},
+    [RAYS_CAMERA] = {WIDTH, true, VISIBLE_CAMERA, 10, false},
+    [RAYS_SHADOW] = {WIDTH, false, VISIBLE_SHADOW, SHADOW_ALL_MAX, false},
+    [RAYS_BOUNCE] = {WIDTH, false, VISIBLE_REFLECTION, BOUNCE_ALL_MAX, false},
 };
 
 enum {
@@ -44,7 +44,6 @@ enum {
 struct accel {
     struct geometry geometry;
     struct tracing tracing[RAY_KIND_COUNT];
-    bool embree; /* some shape is in Embree's hands */
     RTCDevice device;
     RTCScene scene;
     /* While building: */
@@ -358,9 +357,9 @@ accel_intersect(const struct accel *accel, enum ray_kind kind,
         hits->primitive[i] = 0;
     }
     accel_small_nearest(&accel->geometry,
-                        accel->embree ? UNBOUNDED : UNBOUNDED | BOUNDED,
+                        how->embree ? UNBOUNDED : UNBOUNDED | BOUNDED,
                         how->visible, rays, hits);
-    if (accel->embree) {
+    if (how->embree) {
         uint32_t i;
         switch (how->width) {
         case 16:
@@ -394,9 +393,9 @@ accel_occluded(const struct accel *accel, struct rays *rays)
     for (uint32_t i = 0; i < n; i++)
         rays->far[i] = lane_sound(rays, i) ? rays->far[i] : 0.0f;
     accel_small_any(&accel->geometry,
-                    accel->embree ? UNBOUNDED : UNBOUNDED | BOUNDED,
-                    how->visible, rays);
-    if (!accel->embree)
+                    how->embree ? UNBOUNDED : UNBOUNDED | BOUNDED, how->visible,
+                    rays);
+    if (!how->embree)
         return;
     uint32_t i;
     switch (how->width) {
@@ -538,13 +537,15 @@ accel_build(const struct scene *scene, const struct accel_options *options,
         goto fail;
     uint32_t bounded =
         scene->object_count - accel->geometry.sets[SHAPE_PLANE].count;
-    if (accel->geometry.mesh_count > 0)
-        accel->embree = true;
-    else if (options->way == ACCEL_AUTO)
-        accel->embree = bounded > SMALL_MAX;
-    else
-        accel->embree = options->way == ACCEL_EMBREE && bounded > 0;
-    if (accel->embree && !embree_build(accel, scene, options, err))
+    bool embree = false;
+    for (int kind = 0; kind < RAY_KIND_COUNT; kind++) {
+        struct tracing *how = &accel->tracing[kind];
+        how->embree = accel->geometry.mesh_count > 0 ||
+                      (options->way == ACCEL_AUTO && bounded > how->all_max) ||
+                      (options->way == ACCEL_EMBREE && bounded > 0);
+        embree |= how->embree;
+    }
+    if (embree && !embree_build(accel, scene, options, err))
         goto fail;
     return accel;
 fail:

@@ -4,7 +4,8 @@
  *
  * One JSON line per scene: medians of the repeats. Scenes: table (1280 x 720,
  * max_bounces 4, fresnel_weighted), table_phong (its twin for POV-Ray:
- * recursive, mirrors), soft, sphereflake, mesh (1.0 M triangles). Compare only
+ * recursive, mirrors), soft, sphereflake, mesh (1.0 M triangles); `small`
+ * prints where a BVH begins to pay instead. Compare only
  * runs of one machine and one minute. */
 #include <math.h>
 #include <stdio.h>
@@ -13,6 +14,7 @@
 #include <time.h>
 
 #include "core/base/isa.h"
+#include "core/trace/kernel.h"
 #include "core/trace/render.h"
 #include "scenes.h"
 
@@ -194,6 +196,88 @@ run(const char *name, void (*build)(struct built *), unsigned threads,
     return true;
 }
 
+/* Rays of a batch: through neighbouring pixels, from scattered places to one
+ * light, from scattered places in any direction. */
+static void
+small_rays(enum ray_kind kind, struct dice *d, struct rays *rays)
+{
+    rays->count = BATCH_MAX;
+    for (uint32_t i = 0; i < BATCH_MAX; i++) {
+        double o[3], v[3];
+        const double pixel[3] = {0.01 * (i % 32), 0.01 * (i / 32), 1};
+        const double light[3] = {0, 5, 0};
+        for (int k = 0; k < 3; k++) {
+            o[k] = kind == RAYS_CAMERA ? -5.0 * (k == 2) : dice_range(d, -2, 2);
+            v[k] = kind == RAYS_CAMERA   ? pixel[k]
+                   : kind == RAYS_SHADOW ? light[k] - o[k]
+                                         : dice_range(d, -1, 1);
+            rays->o[k][i] = (float)o[k];
+            rays->d[k][i] = (float)v[k];
+        }
+    }
+}
+
+static double
+small_rate(const struct kernel *kernel, const struct scene *scene,
+           enum accel_way way, enum ray_kind kind, struct rays *rays)
+{
+    static struct hits hits;
+    struct accel_options options = {.way = way};
+    struct plan *plan = kernel->plan_build(scene, &options, NULL);
+    double best = 1e9;
+    for (int round = 0; plan != NULL && round < 400; round++) {
+        for (uint32_t i = 0; i < BATCH_MAX; i++)
+            rays->far[i] = 1.0f;
+        double start = cpu_ms();
+        if (kind == RAYS_SHADOW)
+            kernel->occluded(plan->accel, rays);
+        else
+            kernel->intersect(plan->accel, kind, rays, &hits);
+        best = fmin(best, cpu_ms() - start);
+    }
+    if (plan != NULL)
+        kernel->plan_free(plan);
+    return BATCH_MAX / best / 1000;
+}
+
+/* Where a BVH begins to pay, by kind of ray: n shapes at random, all primitives
+ * over the batch against Embree, Mrays/s. */
+static void
+small(int isa)
+{
+    static const uint32_t counts[] = {4, 8, 12, 16, 24, 32, 48, 64};
+    static const char *const kinds[] = {"camera", "shadow", "bounce"};
+    static struct rays rays;
+    const struct kernel *kernel =
+        kernel_choose(isa != 0 ? (enum isa_level)isa : isa_level());
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+        struct built b;
+        struct dice d = {5};
+        built_start(&b, counts[c]);
+        for (uint32_t i = 0; i < counts[c]; i++) {
+            double p[3];
+            for (int k = 0; k < 3; k++)
+                p[k] = dice_range(&d, -2, 2);
+            if (i % 2 == 0)
+                built_sphere(&b, 0, p[0], p[1], p[2], 0.4);
+            else
+                built_box(&b, 0, p[0], p[1], p[2], p[0] + 0.6, p[1] + 0.6,
+                          p[2] + 0.6);
+        }
+        printf("{\"shapes\": %u, \"level\": %d", counts[c], (int)kernel->level);
+        for (int kind = 0; kind < RAY_KIND_COUNT; kind++) {
+            enum ray_kind k = (enum ray_kind)kind;
+            small_rays(k, &d, &rays);
+            printf(", \"%s_all\": %.1f, \"%s_bvh\": %.1f", kinds[kind],
+                   small_rate(kernel, &b.scene, ACCEL_SMALL, k, &rays),
+                   kinds[kind],
+                   small_rate(kernel, &b.scene, ACCEL_EMBREE, k, &rays));
+        }
+        printf("}\n");
+        built_clear(&b);
+    }
+}
+
 int
 main(int argc, char **argv)
 {
@@ -213,6 +297,9 @@ main(int argc, char **argv)
         else
             named = true;
     }
+    for (int i = 1; i < argc; i++)
+        if (strcmp(argv[i], "small") == 0)
+            small(isa);
     for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++) {
         bool wanted = !named;
         for (int i = 1; i < argc; i++)
