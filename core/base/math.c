@@ -8,14 +8,16 @@ static const double half_pi_tail = 0x1.3198a2e037073p-69;
 static const double ln2_head = 0x1.62e42fefap-1;
 static const double ln2_tail = 0x1.cf79abc9e3b3ap-40;
 
-static uint64_t bits_of(double x)
+static uint64_t
+bits_of(double x)
 {
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
-static double from_bits(uint64_t bits)
+static double
+from_bits(uint64_t bits)
 {
     double x;
     memcpy(&x, &bits, sizeof x);
@@ -23,13 +25,15 @@ static double from_bits(uint64_t bits)
 }
 
 /* Nearest whole number, |x| < 2^51. */
-static double nearest(double x)
+static double
+nearest(double x)
 {
     return (x + 0x1.8p52) - 0x1.8p52;
 }
 
 /* |r| <= pi/4: Taylor, the first term left out is below 1e-19. */
-static double sin_kernel(double r)
+static double
+sin_kernel(double r)
 {
     double z = r * r;
     double p = 1.0 / 355687428096000.0;
@@ -43,7 +47,8 @@ static double sin_kernel(double r)
     return r + r * (z * p);
 }
 
-static double cos_kernel(double r)
+static double
+cos_kernel(double r)
 {
     double z = r * r;
     double p = -1.0 / 6402373705728000.0;
@@ -57,13 +62,15 @@ static double cos_kernel(double r)
     return 1.0 - (0.5 * z - z * z * p);
 }
 
-static double quadrant(double r, int64_t q)
+static double
+quadrant(double r, int64_t q)
 {
     double v = (q & 1) != 0 ? cos_kernel(r) : sin_kernel(r);
     return (q & 2) != 0 ? -v : v;
 }
 
-void math_sincos_deg(double deg, double *sin, double *cos)
+void
+math_sincos_deg(double deg, double *sin, double *cos)
 {
     double k = nearest(deg / 90.0);
     double r = (deg - k * 90.0) * (MATH_PI / 180.0); /* difference is exact */
@@ -72,33 +79,38 @@ void math_sincos_deg(double deg, double *sin, double *cos)
     *cos = quadrant(r, q + 1) + 0.0;
 }
 
-static double reduce(double x, int64_t *q)
+static double
+reduce(double x, int64_t *q)
 {
     double k = nearest(x * (2.0 / MATH_PI));
     *q = (int64_t)k;
     return ((x - k * half_pi_head) - k * half_pi_mid) - k * half_pi_tail;
 }
 
-double math_sin(double x)
+double
+math_sin(double x)
 {
     int64_t q;
     double r = reduce(x, &q);
     return quadrant(r, q);
 }
 
-double math_cos(double x)
+double
+math_cos(double x)
 {
     int64_t q;
     double r = reduce(x, &q);
     return quadrant(r, q + 1);
 }
 
-double math_tan(double x)
+double
+math_tan(double x)
 {
     return math_sin(x) / math_cos(x);
 }
 
-double math_exp(double x)
+double
+math_exp(double x)
 {
     if (x != x)
         return x;
@@ -127,7 +139,8 @@ double math_exp(double x)
            from_bits((uint64_t)(rest + 1023) << 52);
 }
 
-double math_log(double x)
+double
+math_log(double x)
 {
     if (x != x || x < 0.0)
         return __builtin_nan("");
@@ -165,7 +178,8 @@ double math_log(double x)
     return exponent * ln2_head + (t - (h - low));
 }
 
-double math_pow(double x, double y)
+double
+math_pow(double x, double y)
 {
     if (y == 0.0)
         return 1.0;
@@ -175,7 +189,8 @@ double math_pow(double x, double y)
 }
 
 /* |w| <= tan 15 degrees. */
-static double atan_kernel(double w)
+static double
+atan_kernel(double w)
 {
     double z = w * w;
     double p = -1.0 / 27.0;
@@ -194,7 +209,8 @@ static double atan_kernel(double w)
     return w + w * (z * p);
 }
 
-double math_atan2(double y, double x)
+double
+math_atan2(double y, double x)
 {
     if (x != x || y != y)
         return __builtin_nan("");
@@ -220,13 +236,15 @@ double math_atan2(double y, double x)
     return y < 0.0 ? -a : a;
 }
 
-double math_asin(double x)
+double
+math_asin(double x)
 {
     double c = x < -1.0 ? -1.0 : x > 1.0 ? 1.0 : x;
     return math_atan2(c, __builtin_sqrt((1.0 - c) * (1.0 + c)));
 }
 
-double math_acos(double x)
+double
+math_acos(double x)
 {
     double c = x < -1.0 ? -1.0 : x > 1.0 ? 1.0 : x;
     return math_atan2(__builtin_sqrt((1.0 - c) * (1.0 + c)), c);

@@ -14,7 +14,8 @@ struct rgb {
     float r, g, b;
 };
 
-static inline float madd(float a, float b, float c)
+static inline float
+madd(float a, float b, float c)
 {
 #if defined(__FMA__)
     return __builtin_fmaf(a, b, c);
@@ -24,24 +25,27 @@ static inline float madd(float a, float b, float c)
 }
 
 /* ax bx + ay by + az bz, the x product innermost. */
-static inline float dot3(float ax, float ay, float az, float bx, float by,
-                         float bz)
+static inline float
+dot3(float ax, float ay, float az, float bx, float by, float bz)
 {
     return madd(az, bz, madd(ay, by, ax * bx));
 }
 
-static inline float vec_dot(struct vec3 a, struct vec3 b)
+static inline float
+vec_dot(struct vec3 a, struct vec3 b)
 {
     return dot3(a.x, a.y, a.z, b.x, b.y, b.z);
 }
 
-static inline struct vec3 vec_sub(struct vec3 a, struct vec3 b)
+static inline struct vec3
+vec_sub(struct vec3 a, struct vec3 b)
 {
     struct vec3 r = {a.x - b.x, a.y - b.y, a.z - b.z};
     return r;
 }
 
-static inline struct vec3 vec_cross(struct vec3 a, struct vec3 b)
+static inline struct vec3
+vec_cross(struct vec3 a, struct vec3 b)
 {
     struct vec3 r = {madd(a.y, b.z, -(a.z * b.y)), madd(a.z, b.x, -(a.x * b.z)),
                      madd(a.x, b.y, -(a.y * b.x))};
@@ -49,14 +53,16 @@ static inline struct vec3 vec_cross(struct vec3 a, struct vec3 b)
 }
 
 /* a + s b */
-static inline struct vec3 vec_madd(struct vec3 a, float s, struct vec3 b)
+static inline struct vec3
+vec_madd(struct vec3 a, float s, struct vec3 b)
 {
     struct vec3 r = {madd(s, b.x, a.x), madd(s, b.y, a.y), madd(s, b.z, a.z)};
     return r;
 }
 
 /* Unit length; zero and non-finite vectors give (0, 0, 0). */
-static inline struct vec3 vec_unit(struct vec3 a)
+static inline struct vec3
+vec_unit(struct vec3 a)
 {
     float squared = vec_dot(a, a);
     float s = 1.0f / __builtin_sqrtf(squared);
