@@ -142,6 +142,8 @@ static bool start_api(struct house *house, struct error *err)
         .default_wait = config->default_wait,
         .max_wait = config->max_wait,
         .max_queued = config->max_queued,
+        .max_render_seconds = config->max_render_seconds,
+        .max_render_bytes = config->max_render_bytes,
     };
     house->api = api_new(&options, err);
     return house->api != NULL;

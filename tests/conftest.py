@@ -45,6 +45,14 @@ class Daemon:
         self.port = None
 
     def start(self, timeout=20):
+        try:
+            return self.begin(timeout)
+        except BaseException:
+            if self.process and self.process.poll() is None:
+                self.kill()
+            raise
+
+    def begin(self, timeout):
         self.log_path = pathlib.Path(f"{self.data}.log")
         self.log = open(self.log_path, "ab")
         offset = self.log_path.stat().st_size

@@ -20,7 +20,7 @@ enum {
     BEAT_MIN_US = 250 * 1000,      /* heartbeats: at most 4/s ... */
     BEAT_MAX_US = 5 * 1000 * 1000, /* ... and at least this often */
     CANCEL_US = 2 * 1000 * 1000,   /* a worker that does not stop by itself */
-    RATE_MS_MIN = 5                /* shorter renders say nothing about speed */
+    RATE_RAYS_MIN = 1000 * 1000    /* smaller renders say nothing about speed */
 };
 
 /* Deleted while some results were on their way to the disk, names unknown. */
@@ -442,7 +442,7 @@ static void learn_rate(struct dispatch *d, const struct job_stats *stats)
 {
     double rays = (double)stats->rays_camera + (double)stats->rays_shadow +
                   (double)stats->rays_bounce;
-    if (stats->trace_ms < RATE_MS_MIN || rays < 1)
+    if (rays < RATE_RAYS_MIN || stats->trace_ms <= 0)
         return;
     double rate = rays / (stats->trace_ms / 1000);
     d->rays_per_second =

@@ -148,15 +148,19 @@ static unsigned crew_size(unsigned asked)
     return size < CREW_MAX ? size : CREW_MAX;
 }
 
-/* A quarter of the addresses we may use for geometry, and as much again for
- * what is built of it: the rest is for film, image and libraries. 0, no limit,
- * without one. */
+/* A quarter of the memory we may use for geometry, and as much again for what
+ * is built of it: the rest is for film, image and libraries. The tighter of the
+ * two limits that an asker may set counts; 0, no limit, without one. */
 static size_t geometry_memory_max(void)
 {
-    struct rlimit limit;
-    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
-        return 0;
-    return (size_t)limit.rlim_cur / 4;
+    static const int kinds[] = {RLIMIT_AS, RLIMIT_DATA};
+    rlim_t least = RLIM_INFINITY;
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        struct rlimit limit;
+        if (getrlimit(kinds[i], &limit) == 0 && limit.rlim_cur < least)
+            least = limit.rlim_cur;
+    }
+    return least == RLIM_INFINITY ? 0 : (size_t)least / 4;
 }
 
 /* scene -> film. */
