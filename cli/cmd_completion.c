@@ -7,7 +7,8 @@
 #include "cli/help.h"
 #include "cli/output.h"
 
-int cmd_completion(const struct invocation *in)
+int
+cmd_completion(const struct invocation *in)
 {
     if (strcmp(in->args[0], "bash") == 0) {
         help_bash(stdout, in->program);

@@ -7,7 +7,8 @@
 #include "cli/output.h"
 #include "core/base/json.h"
 
-static void print_row(const struct example *example)
+static void
+print_row(const struct example *example)
 {
     struct arena arena;
     arena_init(&arena, 0);
@@ -25,7 +26,8 @@ static void print_row(const struct example *example)
     arena_clear(&arena);
 }
 
-int cmd_examples(const struct invocation *in)
+int
+cmd_examples(const struct invocation *in)
 {
     bool names = invocation_has(in, "names");
     for (size_t i = 0; in->arg_count == 0 && i < example_count; i++) {

@@ -12,8 +12,9 @@ enum {
     HEALTH_S = 6 /* /readyz itself gives its workers 5 s */
 };
 
-static int ask_ready(struct remote *remote, const char *server, bool quiet,
-                     const struct channel *to)
+static int
+ask_ready(struct remote *remote, const char *server, bool quiet,
+          const struct channel *to)
 {
     struct remote_ask ask = {
         .method = "GET", .path = "/readyz", .timeout_s = HEALTH_S};
@@ -35,7 +36,8 @@ static int ask_ready(struct remote *remote, const char *server, bool quiet,
     return status;
 }
 
-int cmd_health(const struct invocation *in)
+int
+cmd_health(const struct invocation *in)
 {
     const char *server = remote_server(invocation_value(in, "server"));
     struct channel to = channel_open(stderr, invocation_has(in, "no-color"));

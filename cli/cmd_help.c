@@ -9,7 +9,8 @@
 #include "core/base/isa.h"
 #include "core/base/json.h"
 
-static int unknown(const struct invocation *in, const char *topic)
+static int
+unknown(const struct invocation *in, const char *topic)
 {
     const char *names[64];
     size_t count = 0;
@@ -31,7 +32,8 @@ static int unknown(const struct invocation *in, const char *topic)
     return STATUS_USAGE;
 }
 
-int cmd_help(const struct invocation *in)
+int
+cmd_help(const struct invocation *in)
 {
     const char *format = invocation_value(in, "format");
     if (format != NULL && strcmp(format, "markdown") == 0) {

@@ -14,7 +14,8 @@ struct tally {
 
 /* What a server would answer: a problem body with the file's name in it. A
  * valid document has no problem, only its warnings. */
-static void print_json(const struct document *document, bool valid)
+static void
+print_json(const struct document *document, bool valid)
 {
     struct bytes out = {0};
     struct json_writer w = {.out = &out};
@@ -61,9 +62,10 @@ static void print_json(const struct document *document, bool valid)
     bytes_clear(&out);
 }
 
-static void lint_file(const struct invocation *in, const char *path,
-                      const struct channel *findings,
-                      const struct channel *messages, struct tally *tally)
+static void
+lint_file(const struct invocation *in, const char *path,
+          const struct channel *findings, const struct channel *messages,
+          struct tally *tally)
 {
     struct document document = {0};
     struct error err = {0};
@@ -85,13 +87,14 @@ out:
     document_clear(&document);
 }
 
-static void put_count(FILE *to, size_t count, const char *noun,
-                      const char *after)
+static void
+put_count(FILE *to, size_t count, const char *noun, const char *after)
 {
     fprintf(to, "%zu %s%s%s", count, noun, count == 1 ? "" : "s", after);
 }
 
-int cmd_lint(const struct invocation *in)
+int
+cmd_lint(const struct invocation *in)
 {
     bool no_color = invocation_has(in, "no-color");
     struct channel findings = channel_open(stdout, no_color);

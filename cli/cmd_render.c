@@ -29,14 +29,16 @@ struct run {
     struct bytes picture;
 };
 
-static int usage(const struct run *run, const char *text)
+static int
+usage(const struct run *run, const char *text)
 {
     say_error(&run->messages, "glint render", "%s", text);
     return STATUS_USAGE;
 }
 
 /* The folder that the picture goes to must be there and writable. */
-static bool folder_check(const char *path, struct error *err)
+static bool
+folder_check(const char *path, struct error *err)
 {
     struct stat st;
     const char *slash = strrchr(path, '/');
@@ -70,7 +72,8 @@ static bool folder_check(const char *path, struct error *err)
 
 /* Find out before the render, not after it, that the picture cannot be
  * written. */
-static bool path_check(const char *path, struct error *err)
+static bool
+path_check(const char *path, struct error *err)
 {
     struct stat st;
     if (strcmp(path, "-") == 0) {
@@ -91,7 +94,8 @@ static bool path_check(const char *path, struct error *err)
     return folder_check(path, err);
 }
 
-static bool open_document(struct run *run, struct error *err)
+static bool
+open_document(struct run *run, struct error *err)
 {
     const char *path = run->in->args[0];
     if (document_open(&run->document, path, err))
@@ -107,7 +111,8 @@ static bool open_document(struct run *run, struct error *err)
     return false;
 }
 
-static bool apply_sets(struct run *run, struct error *err)
+static bool
+apply_sets(struct run *run, struct error *err)
 {
     for (size_t i = 0; i < run->in->given_count; i++) {
         const struct given *given = &run->in->given[i];
@@ -120,7 +125,8 @@ static bool apply_sets(struct run *run, struct error *err)
     return true;
 }
 
-static void print_summary(const struct run *run)
+static void
+print_summary(const struct run *run)
 {
     const struct scene *scene = &run->document.scene;
     fprintf(run->messages.file, "%s  %ux%u, %u spp, %u %s, %u %s",
@@ -134,7 +140,8 @@ static void print_summary(const struct run *run)
     fprintf(run->messages.file, "\n");
 }
 
-static int render(struct run *run, const char *server, int64_t started_us)
+static int
+render(struct run *run, const char *server, int64_t started_us)
 {
     long timeout = invocation_integer(run->in, "timeout", 0);
     struct render_ask ask = {
@@ -161,7 +168,8 @@ static int render(struct run *run, const char *server, int64_t started_us)
     return status;
 }
 
-static int deliver(struct run *run, int64_t started_us)
+static int
+deliver(struct run *run, int64_t started_us)
 {
     struct error err = {0};
     progress_finish(&run->progress);
@@ -179,7 +187,8 @@ static int deliver(struct run *run, int64_t started_us)
 }
 
 /* Read and check: everything that can be wrong before a ray is traced. */
-static int prepare(struct run *run, const char *server)
+static int
+prepare(struct run *run, const char *server)
 {
     struct error err = {0};
     run->path = invocation_value(run->in, "output");
@@ -208,7 +217,8 @@ static int prepare(struct run *run, const char *server)
     return STATUS_OK;
 }
 
-int cmd_render(const struct invocation *in)
+int
+cmd_render(const struct invocation *in)
 {
     int64_t started_us = clock_monotonic_us();
     const char *server = remote_server(invocation_value(in, "server"));

@@ -6,7 +6,8 @@
 #include "core/base/isa.h"
 #include "core/base/json_write.h"
 
-int cmd_version(const struct invocation *in)
+int
+cmd_version(const struct invocation *in)
 {
     char isa[ISA_SIZE];
     isa_class(isa);

@@ -11,8 +11,8 @@ enum {
     NAMES_MAX = 64 /* commands, or options of one command */
 };
 
-const struct command *command_find(const struct program *program,
-                                   const char *name)
+const struct command *
+command_find(const struct program *program, const char *name)
 {
     for (size_t i = 0; i < program->command_count; i++) {
         if (strcmp(program->commands[i].name, name) == 0)
@@ -21,8 +21,9 @@ const struct command *command_find(const struct program *program,
     return NULL;
 }
 
-static bool no_such_command(const struct program *program, const char *word,
-                            struct error *err)
+static bool
+no_such_command(const struct program *program, const char *word,
+                struct error *err)
 {
     const char *names[NAMES_MAX];
     MUST(program->command_count <= NAMES_MAX);
@@ -39,7 +40,8 @@ static bool no_such_command(const struct program *program, const char *word,
 }
 
 /* Both lists of options as one sequence: the command's, then the common ones. */
-static const struct option *option_at(const struct invocation *in, size_t index)
+static const struct option *
+option_at(const struct invocation *in, size_t index)
 {
     if (in->command != NULL) {
         for (const struct option *o = in->command->options; o->name; o++) {
@@ -54,8 +56,8 @@ static const struct option *option_at(const struct invocation *in, size_t index)
     return NULL;
 }
 
-static const struct option *option_find(const struct invocation *in,
-                                        const char *name, size_t len)
+static const struct option *
+option_find(const struct invocation *in, const char *name, size_t len)
 {
     const struct option *o;
     for (size_t i = 0; (o = option_at(in, i)) != NULL; i++) {
@@ -65,8 +67,9 @@ static const struct option *option_find(const struct invocation *in,
     return NULL;
 }
 
-static bool no_such_option(const struct invocation *in, const char *word,
-                           size_t len, struct error *err)
+static bool
+no_such_option(const struct invocation *in, const char *word, size_t len,
+               struct error *err)
 {
     const char *names[NAMES_MAX];
     size_t count = 0;
@@ -97,8 +100,8 @@ static bool no_such_option(const struct invocation *in, const char *word,
 }
 
 /* One of the choices, or an error that lists them. */
-static bool choice_check(const struct option *option, const char *value,
-                         struct error *err)
+static bool
+choice_check(const struct option *option, const char *value, struct error *err)
 {
     struct bytes list = {0};
     size_t count = 0;
@@ -120,8 +123,8 @@ static bool choice_check(const struct option *option, const char *value,
     return ok;
 }
 
-static bool value_check(const struct option *option, const char *value,
-                        struct error *err)
+static bool
+value_check(const struct option *option, const char *value, struct error *err)
 {
     if (option->choices != NULL)
         return choice_check(option, value, err);
@@ -142,8 +145,9 @@ static bool value_check(const struct option *option, const char *value,
     return true;
 }
 
-static bool take(struct invocation *in, const struct option *option,
-                 const char *value, struct error *err)
+static bool
+take(struct invocation *in, const struct option *option, const char *value,
+     struct error *err)
 {
     if (option->value != NULL && !value_check(option, value, err))
         return false;
@@ -160,8 +164,9 @@ static bool take(struct invocation *in, const struct option *option,
 
 /* "--name", "--name=value" or "--name" "value". `next` is the word after it, or
  * NULL; *used tells whether that was taken. */
-static bool read_long(struct invocation *in, const char *word, const char *next,
-                      bool *used, struct error *err)
+static bool
+read_long(struct invocation *in, const char *word, const char *next, bool *used,
+          struct error *err)
 {
     const char *name = word + 2;
     const char *equals = strchr(name, '=');
@@ -185,8 +190,9 @@ static bool read_long(struct invocation *in, const char *word, const char *next,
 }
 
 /* "-q", "-oFILE", "-o" "FILE", "-qo" "FILE". */
-static bool read_letters(struct invocation *in, const char *word,
-                         const char *next, bool *used, struct error *err)
+static bool
+read_letters(struct invocation *in, const char *word, const char *next,
+             bool *used, struct error *err)
 {
     for (const char *c = word + 1; *c != '\0'; c++) {
         const struct option *option = NULL, *o;
@@ -215,7 +221,8 @@ static bool read_letters(struct invocation *in, const char *word,
     return true;
 }
 
-static bool count_check(const struct invocation *in, struct error *err)
+static bool
+count_check(const struct invocation *in, struct error *err)
 {
     const struct command *command = in->command;
     if (command == NULL || invocation_has(in, "help"))
@@ -232,8 +239,9 @@ static bool count_check(const struct invocation *in, struct error *err)
     return true;
 }
 
-bool invocation_read(struct invocation *in, const struct program *program,
-                     int argc, char **argv, struct error *err)
+bool
+invocation_read(struct invocation *in, const struct program *program, int argc,
+                char **argv, struct error *err)
 {
     size_t room = 1;
     for (int i = 1; i < argc; i++)
@@ -270,14 +278,16 @@ bool invocation_read(struct invocation *in, const struct program *program,
     return count_check(in, err);
 }
 
-void invocation_clear(struct invocation *in)
+void
+invocation_clear(struct invocation *in)
 {
     free(in->given);
     free(in->args);
     *in = (struct invocation){0};
 }
 
-const char *invocation_value(const struct invocation *in, const char *name)
+const char *
+invocation_value(const struct invocation *in, const char *name)
 {
     MUST(option_find(in, name, strlen(name)) != NULL);
     for (size_t i = in->given_count; i-- > 0;) {
@@ -287,7 +297,8 @@ const char *invocation_value(const struct invocation *in, const char *name)
     return NULL;
 }
 
-bool invocation_has(const struct invocation *in, const char *name)
+bool
+invocation_has(const struct invocation *in, const char *name)
 {
     MUST(option_find(in, name, strlen(name)) != NULL);
     for (size_t i = 0; i < in->given_count; i++) {
@@ -297,8 +308,9 @@ bool invocation_has(const struct invocation *in, const char *name)
     return false;
 }
 
-long invocation_integer(const struct invocation *in, const char *name,
-                        long otherwise)
+long
+invocation_integer(const struct invocation *in, const char *name,
+                   long otherwise)
 {
     const char *value = invocation_value(in, name);
     return value != NULL ? strtol(value, NULL, 10) : otherwise;

@@ -66,27 +66,39 @@ struct invocation {
 /* Read argv[1 ...]. False: ERROR_USAGE with a sentence that names the word and,
  * where one is near, what was meant. Options and arguments may be mixed; "--"
  * ends the options; "-" is an argument. Clear it in either case. */
-bool invocation_read(struct invocation *in, const struct program *program,
-                     int argc, char **argv, struct error *err);
-void invocation_clear(struct invocation *in);
+bool
+invocation_read(struct invocation *in, const struct program *program, int argc,
+                char **argv, struct error *err);
+void
+invocation_clear(struct invocation *in);
 
 /* The last value given, or NULL; whether a switch was given. The name must be
  * one of the command's options or a common one. */
-const char *invocation_value(const struct invocation *in, const char *name);
-bool invocation_has(const struct invocation *in, const char *name);
-long invocation_integer(const struct invocation *in, const char *name,
-                        long otherwise);
+const char *
+invocation_value(const struct invocation *in, const char *name);
+bool
+invocation_has(const struct invocation *in, const char *name);
+long
+invocation_integer(const struct invocation *in, const char *name,
+                   long otherwise);
 
-const struct command *command_find(const struct program *program,
-                                   const char *name);
+const struct command *
+command_find(const struct program *program, const char *name);
 
 /* The commands, one cmd_*.c each. */
-int cmd_render(const struct invocation *in);
-int cmd_lint(const struct invocation *in);
-int cmd_examples(const struct invocation *in);
-int cmd_version(const struct invocation *in);
-int cmd_health(const struct invocation *in);
-int cmd_help(const struct invocation *in);
-int cmd_completion(const struct invocation *in);
+int
+cmd_render(const struct invocation *in);
+int
+cmd_lint(const struct invocation *in);
+int
+cmd_examples(const struct invocation *in);
+int
+cmd_version(const struct invocation *in);
+int
+cmd_health(const struct invocation *in);
+int
+cmd_help(const struct invocation *in);
+int
+cmd_completion(const struct invocation *in);
 
 #endif

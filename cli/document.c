@@ -30,7 +30,8 @@ static const struct {
 enum { JOB_MEMBER_COUNT = sizeof job_members / sizeof *job_members };
 
 /* Text -> tree, and where scene and output stand in it. */
-static void parse(struct document *document)
+static void
+parse(struct document *document)
 {
     struct error_list *errors = &document->errors;
     errors->count = 0;
@@ -48,7 +49,8 @@ static void parse(struct document *document)
 }
 
 /* {"scene": {"$example": "smallest"}} -> the text of that example. */
-static void expand_example(struct document *document)
+static void
+expand_example(struct document *document)
 {
     const struct json *scene = document->scene_root;
     const struct json *name =
@@ -72,8 +74,8 @@ static void expand_example(struct document *document)
     parse(document);
 }
 
-bool document_open(struct document *document, const char *path,
-                   struct error *err)
+bool
+document_open(struct document *document, const char *path, struct error *err)
 {
     document->name = strcmp(path, "-") == 0 ? "standard input" : path;
     arena_init(&document->arena, 0);
@@ -87,8 +89,9 @@ bool document_open(struct document *document, const char *path,
     return true;
 }
 
-bool document_set(struct document *document, const char *assignment,
-                  struct error *err)
+bool
+document_set(struct document *document, const char *assignment,
+             struct error *err)
 {
     if (document->root == NULL)
         return true;
@@ -108,8 +111,9 @@ bool document_set(struct document *document, const char *assignment,
 
 /* ---- the members of a job ---- */
 
-static bool wrong(struct document *document, const struct json *node,
-                  enum error_code code, const char *hint, const char *must)
+static bool
+wrong(struct document *document, const struct json *node, enum error_code code,
+      const char *hint, const char *must)
 {
     struct arena *arena = &document->arena;
     return error_list_add(&document->errors, code, json_pointer(node, arena),
@@ -118,7 +122,8 @@ static bool wrong(struct document *document, const struct json *node,
                           json_describe(node, arena));
 }
 
-static void check_priority(struct document *document, const struct json *node)
+static void
+check_priority(struct document *document, const struct json *node)
 {
     static const char *const names[] = {"draft", "normal", "low"};
     if (node->type != JSON_STRING) {
@@ -132,8 +137,8 @@ static void check_priority(struct document *document, const struct json *node)
     wrong(document, node, ERROR_ENUM_UNKNOWN, NULL, "draft, normal or low");
 }
 
-static void check_max_attempts(struct document *document,
-                               const struct json *node)
+static void
+check_max_attempts(struct document *document, const struct json *node)
 {
     if (node->type != JSON_NUMBER)
         wrong(document, node, ERROR_TYPE_MISMATCH, NULL, "a number");
@@ -145,7 +150,8 @@ static void check_max_attempts(struct document *document,
         wrong(document, node, ERROR_NUMBER_NOT_INTEGER, NULL, "a whole number");
 }
 
-static void check_tags(struct document *document, const struct json *node)
+static void
+check_tags(struct document *document, const struct json *node)
 {
     if (node->type != JSON_ARRAY) {
         wrong(document, node, ERROR_TYPE_MISMATCH, NULL, "an array of names");
@@ -159,7 +165,8 @@ static void check_tags(struct document *document, const struct json *node)
     }
 }
 
-static void unknown_member(struct document *document, const struct json *node)
+static void
+unknown_member(struct document *document, const struct json *node)
 {
     const char *names[JOB_MEMBER_COUNT];
     for (size_t i = 0; i < JOB_MEMBER_COUNT; i++)
@@ -175,7 +182,8 @@ static void unknown_member(struct document *document, const struct json *node)
                    node->key);
 }
 
-static void check_member(struct document *document, const struct json *node)
+static void
+check_member(struct document *document, const struct json *node)
 {
     for (size_t i = 0; i < JOB_MEMBER_COUNT; i++) {
         if (strcmp(job_members[i].name, node->key) != 0)
@@ -190,7 +198,8 @@ static void check_member(struct document *document, const struct json *node)
     unknown_member(document, node);
 }
 
-static void check_job(struct document *document)
+static void
+check_job(struct document *document)
 {
     for (const struct json *m = document->root->child; m; m = m->next) {
         check_member(document, m);
@@ -204,7 +213,8 @@ static void check_job(struct document *document)
     output_read(document->output_root, &document->output, &document->errors);
 }
 
-bool document_check(struct document *document)
+bool
+document_check(struct document *document)
 {
     struct error_list *errors = &document->errors;
     if (document->root == NULL)
@@ -227,7 +237,8 @@ bool document_check(struct document *document)
 /* ---- telling ---- */
 
 /* The --set that touched this pointer, or NULL. */
-static const char *set_of(const struct document *document, const char *pointer)
+static const char *
+set_of(const struct document *document, const char *pointer)
 {
     for (size_t i = document->set_count; pointer != NULL && i-- > 0;) {
         const char *place = document->sets[i].place;
@@ -239,8 +250,9 @@ static const char *set_of(const struct document *document, const char *pointer)
     return NULL;
 }
 
-void document_print(const struct document *document, const struct channel *to,
-                    const struct finding *finding)
+void
+document_print(const struct document *document, const struct channel *to,
+               const struct finding *finding)
 {
     const char *set = set_of(document, finding->pointer);
     if (set == NULL) {
@@ -256,8 +268,9 @@ void document_print(const struct document *document, const struct channel *to,
     bytes_clear(&name);
 }
 
-void document_print_all(const struct document *document,
-                        const struct channel *to, bool warnings)
+void
+document_print_all(const struct document *document, const struct channel *to,
+                   bool warnings)
 {
     for (size_t i = 0; i < document->errors.count; i++) {
         struct finding f = finding_of_error(&document->errors.items[i]);
@@ -272,8 +285,9 @@ void document_print_all(const struct document *document,
     }
 }
 
-void document_write_job(const struct document *document, const char *output,
-                        struct bytes *job, unsigned *lines_before)
+void
+document_write_job(const struct document *document, const char *output,
+                   struct bytes *job, unsigned *lines_before)
 {
     const char *text = document->text.data;
     size_t len = document->text.len;
@@ -304,7 +318,8 @@ void document_write_job(const struct document *document, const char *output,
     bytes_clear(&member);
 }
 
-void document_clear(struct document *document)
+void
+document_clear(struct document *document)
 {
     bytes_clear(&document->text);
     arena_clear(&document->arena);

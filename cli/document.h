@@ -44,32 +44,38 @@ struct document {
  * file cannot be read. True says nothing about its content: a document that is
  * no JSON has items in `errors`. {"$example": NAME} is replaced by that
  * example. */
-bool document_open(struct document *document, const char *path,
-                   struct error *err);
+bool
+document_open(struct document *document, const char *path, struct error *err);
 
 /* One --set. Nothing happens if the document is no JSON. */
-bool document_set(struct document *document, const char *assignment,
-                  struct error *err);
+bool
+document_set(struct document *document, const char *assignment,
+             struct error *err);
 
 /* Read scene, output and the other members of a job; lint the scene if it is
  * valid. True if nothing is wrong. */
-bool document_check(struct document *document);
+bool
+document_check(struct document *document);
 
 /* Print one finding with its place in this document, or with the --set that
  * brought it in. */
-void document_print(const struct document *document, const struct channel *to,
-                    const struct finding *finding);
+void
+document_print(const struct document *document, const struct channel *to,
+               const struct finding *finding);
 
 /* All errors, then the warnings if wanted. */
-void document_print_all(const struct document *document,
-                        const struct channel *to, bool warnings);
+void
+document_print_all(const struct document *document, const struct channel *to,
+                   bool warnings);
 
 /* A job document for a server: the user's job with this output in it, or this
  * scene wrapped in one; the scene begins *lines_before lines later than in
  * `text`. The document must be JSON with a scene_root. */
-void document_write_job(const struct document *document, const char *output,
-                        struct bytes *job, unsigned *lines_before);
+void
+document_write_job(const struct document *document, const char *output,
+                   struct bytes *job, unsigned *lines_before);
 
-void document_clear(struct document *document);
+void
+document_clear(struct document *document);
 
 #endif

@@ -4,7 +4,8 @@
 
 #include "core/base/json.h"
 
-const struct example *example_find(const char *name)
+const struct example *
+example_find(const char *name)
 {
     for (size_t i = 0; i < example_count; i++) {
         if (strcmp(examples[i].name, name) == 0)
@@ -13,7 +14,8 @@ const struct example *example_find(const char *name)
     return NULL;
 }
 
-const char *example_near(const char *name)
+const char *
+example_near(const char *name)
 {
     const char *names[256];
     size_t count = 0;

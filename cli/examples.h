@@ -15,9 +15,11 @@ extern const struct example examples[];
 extern const size_t example_count;
 
 /* NULL if there is none of that name. */
-const struct example *example_find(const char *name);
+const struct example *
+example_find(const char *name);
 
 /* The name nearest to a mistyped one, or NULL. */
-const char *example_near(const char *name);
+const char *
+example_near(const char *name);
 
 #endif

@@ -32,7 +32,8 @@ enum { ENVIRONMENT_COUNT = sizeof environment / sizeof *environment };
 
 /* Words filled into lines. `column` is where the text starts now; further lines
  * start at `indent`. "\n\n" parts paragraphs. */
-static void put_filled(FILE *to, const char *text, int column, int indent)
+static void
+put_filled(FILE *to, const char *text, int column, int indent)
 {
     int at = column;
     bool fresh = true;
@@ -57,7 +58,8 @@ static void put_filled(FILE *to, const char *text, int column, int indent)
     fputc('\n', to);
 }
 
-static void put_option(FILE *to, const struct option *option)
+static void
+put_option(FILE *to, const struct option *option)
 {
     int at = option->letter != 0
                  ? fprintf(to, "  -%c, --%s", option->letter, option->name)
@@ -72,13 +74,15 @@ static void put_option(FILE *to, const struct option *option)
     put_filled(to, option->help, OPTION_INDENT, OPTION_INDENT);
 }
 
-static void put_options(FILE *to, const struct option *options)
+static void
+put_options(FILE *to, const struct option *options)
 {
     for (; options->name != NULL; options++)
         put_option(to, options);
 }
 
-void help_overview(FILE *to, const struct program *program)
+void
+help_overview(FILE *to, const struct program *program)
 {
     fprintf(to, "%s\n\nExamples\n", program->summary);
     for (size_t i = 0; i < program->command_count; i++)
@@ -93,8 +97,9 @@ void help_overview(FILE *to, const struct program *program)
             program->name, program->name);
 }
 
-void help_command(FILE *to, const struct program *program,
-                  const struct command *command)
+void
+help_command(FILE *to, const struct program *program,
+             const struct command *command)
 {
     fprintf(to, "%s %s: %s\n\nExamples\n", program->name, command->name,
             command->summary);
@@ -109,7 +114,8 @@ void help_command(FILE *to, const struct program *program,
     put_options(to, program->common);
 }
 
-void help_exit_codes(FILE *to)
+void
+help_exit_codes(FILE *to)
 {
     fprintf(to, "The exit status of glint\n\n");
     for (size_t i = 0; i < EXIT_COUNT; i++) {
@@ -120,7 +126,8 @@ void help_exit_codes(FILE *to)
 
 /* ---- docs/cli.md ---- */
 
-static void markdown_options(FILE *to, const struct option *options)
+static void
+markdown_options(FILE *to, const struct option *options)
 {
     for (; options->name != NULL; options++) {
         fputs("| `", to);
@@ -132,8 +139,9 @@ static void markdown_options(FILE *to, const struct option *options)
     }
 }
 
-static void markdown_command(FILE *to, const struct program *program,
-                             const struct command *command)
+static void
+markdown_command(FILE *to, const struct program *program,
+                 const struct command *command)
 {
     fprintf(to, "\n## %s %s%s%s\n\n%c%s.\n\n```sh\n", program->name,
             command->name, *command->arguments ? " " : "", command->arguments,
@@ -147,7 +155,8 @@ static void markdown_command(FILE *to, const struct program *program,
     }
 }
 
-void help_markdown(FILE *to, const struct program *program)
+void
+help_markdown(FILE *to, const struct program *program)
 {
     fprintf(to,
             "<!-- Written by `ninja cli_docs` from the table in cli/main.c; a "
@@ -175,7 +184,8 @@ void help_markdown(FILE *to, const struct program *program)
 /* ---- docs/man/glint.1 ---- */
 
 /* troff reads a leading . or ' as a request, \ as an escape, - as a hyphen. */
-static void man_text(FILE *to, const char *text)
+static void
+man_text(FILE *to, const char *text)
 {
     if (*text == '.' || *text == '\'')
         fputs("\\&", to);
@@ -194,7 +204,8 @@ static void man_text(FILE *to, const char *text)
     }
 }
 
-static void man_tagged(FILE *to, const char *tag, const char *text)
+static void
+man_tagged(FILE *to, const char *tag, const char *text)
 {
     fputs(".TP\n.B ", to);
     man_text(to, tag);
@@ -203,7 +214,8 @@ static void man_tagged(FILE *to, const char *tag, const char *text)
     fputc('\n', to);
 }
 
-static void man_options(FILE *to, const struct option *options)
+static void
+man_options(FILE *to, const struct option *options)
 {
     for (; options->name != NULL; options++) {
         char tag[96], letter[8] = "";
@@ -216,8 +228,9 @@ static void man_options(FILE *to, const struct option *options)
     }
 }
 
-static void man_command(FILE *to, const struct program *program,
-                        const struct command *command)
+static void
+man_command(FILE *to, const struct program *program,
+            const struct command *command)
 {
     fprintf(to, ".SS \"%s %s %s\"\n", program->name, command->name,
             command->arguments);
@@ -233,7 +246,8 @@ static void man_command(FILE *to, const struct program *program,
     }
 }
 
-void help_man(FILE *to, const struct program *program, const char *version)
+void
+help_man(FILE *to, const struct program *program, const char *version)
 {
     fprintf(to,
             ".\\\" Written by `ninja cli_docs` from the table in cli/main.c.\n"
@@ -264,7 +278,8 @@ void help_man(FILE *to, const struct program *program, const char *version)
 
 /* ---- bash ---- */
 
-static void bash_choices(FILE *to, const struct option *options)
+static void
+bash_choices(FILE *to, const struct option *options)
 {
     for (; options->name != NULL; options++) {
         if (options->choices == NULL)
@@ -276,8 +291,9 @@ static void bash_choices(FILE *to, const struct option *options)
     }
 }
 
-static void bash_command(FILE *to, const struct program *program,
-                         const struct command *command)
+static void
+bash_command(FILE *to, const struct program *program,
+             const struct command *command)
 {
     fprintf(to, "    %s)\n        case $before in\n", command->name);
     bash_choices(to, command->options);
@@ -298,7 +314,8 @@ static void bash_command(FILE *to, const struct program *program,
     fprintf(to, "' ;;\n        esac ;;\n");
 }
 
-void help_bash(FILE *to, const struct program *program)
+void
+help_bash(FILE *to, const struct program *program)
 {
     fprintf(to,
             "# bash completion for %s; written by '%s completion bash'\n"

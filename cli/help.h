@@ -8,17 +8,23 @@
 
 #include "cli/command.h"
 
-void help_overview(FILE *to, const struct program *program);
+void
+help_overview(FILE *to, const struct program *program);
 
 /* Examples first, then usage, then options. */
-void help_command(FILE *to, const struct program *program,
-                  const struct command *command);
-void help_exit_codes(FILE *to);
+void
+help_command(FILE *to, const struct program *program,
+             const struct command *command);
+void
+help_exit_codes(FILE *to);
 
 /* docs/cli.md and docs/man/glint.1, whole. */
-void help_markdown(FILE *to, const struct program *program);
-void help_man(FILE *to, const struct program *program, const char *version);
+void
+help_markdown(FILE *to, const struct program *program);
+void
+help_man(FILE *to, const struct program *program, const char *version);
 
-void help_bash(FILE *to, const struct program *program);
+void
+help_bash(FILE *to, const struct program *program);
 
 #endif

@@ -13,7 +13,8 @@
 static volatile sig_atomic_t came;
 static int event = -1;
 
-static void on_signal(int number)
+static void
+on_signal(int number)
 {
     (void)number;
     if (came)
@@ -26,7 +27,8 @@ static void on_signal(int number)
     errno = cause;
 }
 
-void interrupt_start(void)
+void
+interrupt_start(void)
 {
     if (event >= 0)
         return;
@@ -42,17 +44,20 @@ void interrupt_start(void)
         sigaction(SIGHUP, &action, NULL);
 }
 
-bool interrupted(void)
+bool
+interrupted(void)
 {
     return came != 0;
 }
 
-int interrupt_fd(void)
+int
+interrupt_fd(void)
 {
     return event;
 }
 
-void interrupt_wait(int ms)
+void
+interrupt_wait(int ms)
 {
     struct pollfd fd = {.fd = event, .events = POLLIN};
     poll(&fd, 1, ms);

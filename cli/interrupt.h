@@ -9,14 +9,18 @@
 #include <stdbool.h>
 
 /* Once per process; harmless if called again. */
-void interrupt_start(void);
+void
+interrupt_start(void);
 
-bool interrupted(void);
+bool
+interrupted(void);
 
 /* For poll: readable from the first interruption on; -1 before start. */
-int interrupt_fd(void);
+int
+interrupt_fd(void);
 
 /* Sleep, unless interrupted before or meanwhile. */
-void interrupt_wait(int ms);
+void
+interrupt_wait(int ms);
 
 #endif

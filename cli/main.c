@@ -263,13 +263,15 @@ static const struct program glint = {
 };
 
 /* `glint --version` is what everybody types first. */
-static bool asks_version(int argc, char **argv)
+static bool
+asks_version(int argc, char **argv)
 {
     return argc == 2 &&
            (strcmp(argv[1], "--version") == 0 || strcmp(argv[1], "-V") == 0);
 }
 
-static int run(const struct invocation *in)
+static int
+run(const struct invocation *in)
 {
     if (in->command == NULL) {
         bool asked = invocation_has(in, "help");
@@ -283,7 +285,8 @@ static int run(const struct invocation *in)
     return in->command->run(in);
 }
 
-int main(int argc, char **argv)
+int
+main(int argc, char **argv)
 {
     struct invocation in = {0};
     struct error err = {0};

@@ -12,7 +12,8 @@ enum {
     EXCERPT_MAX = 100 /* characters of a source line that are shown */
 };
 
-struct channel channel_open(FILE *file, bool no_color)
+struct channel
+channel_open(FILE *file, bool no_color)
 {
     const char *term = getenv("TERM");
     const char *wish = getenv("NO_COLOR");
@@ -30,7 +31,8 @@ struct channel channel_open(FILE *file, bool no_color)
 /* ---- safe text ---- */
 
 /* Bytes of the UTF-8 character at text, or 0 if it is none. */
-static size_t character_len(const unsigned char *text, size_t len)
+static size_t
+character_len(const unsigned char *text, size_t len)
 {
     if (text[0] < 0x80)
         return 1;
@@ -46,7 +48,8 @@ static size_t character_len(const unsigned char *text, size_t len)
 
 /* C0, DEL and C1 can move a cursor; bidirectional controls can reorder what is
  * read. Neither has business in a message. */
-static bool is_control(const unsigned char *text, size_t len)
+static bool
+is_control(const unsigned char *text, size_t len)
 {
     if (len == 1)
         return (text[0] < 0x20 && text[0] != '\t' && text[0] != '\n') ||
@@ -60,7 +63,8 @@ static bool is_control(const unsigned char *text, size_t len)
     return false;
 }
 
-void text_put_safe(struct bytes *out, const char *text, size_t len)
+void
+text_put_safe(struct bytes *out, const char *text, size_t len)
 {
     const unsigned char *at = (const unsigned char *)text;
     while (len > 0) {
@@ -74,7 +78,8 @@ void text_put_safe(struct bytes *out, const char *text, size_t len)
     }
 }
 
-static void put_bytes(const struct channel *to, struct bytes *text)
+static void
+put_bytes(const struct channel *to, struct bytes *text)
 {
     if (text->len > 0)
         fwrite(text->data, 1, text->len, to->file);
@@ -82,8 +87,8 @@ static void put_bytes(const struct channel *to, struct bytes *text)
     bytes_clear(text);
 }
 
-void say_error(const struct channel *to, const char *who, const char *format,
-               ...)
+void
+say_error(const struct channel *to, const char *who, const char *format, ...)
 {
     struct bytes raw = {0}, safe = {0};
     va_list args;
@@ -104,7 +109,8 @@ void say_error(const struct channel *to, const char *who, const char *format,
 
 /* ---- amounts ---- */
 
-void amount_bytes(uint64_t bytes, char text[AMOUNT_SIZE])
+void
+amount_bytes(uint64_t bytes, char text[AMOUNT_SIZE])
 {
     static const char *const units[] = {"bytes", "KB", "MB", "GB", "TB"};
     double value = (double)bytes;
@@ -122,7 +128,8 @@ void amount_bytes(uint64_t bytes, char text[AMOUNT_SIZE])
                  units[unit]);
 }
 
-void amount_seconds(double seconds, char text[AMOUNT_SIZE])
+void
+amount_seconds(double seconds, char text[AMOUNT_SIZE])
 {
     if (seconds < 0.1)
         snprintf(text, AMOUNT_SIZE, "%.2f s", seconds);
@@ -140,7 +147,8 @@ void amount_seconds(double seconds, char text[AMOUNT_SIZE])
 
 /* ---- findings ---- */
 
-struct finding finding_of_error(const struct error_item *item)
+struct finding
+finding_of_error(const struct error_item *item)
 {
     return (struct finding){.code = error_code_name(item->code),
                             .detail = item->detail,
@@ -151,7 +159,8 @@ struct finding finding_of_error(const struct error_item *item)
                             .column = item->column};
 }
 
-struct finding finding_of_lint(const struct lint_item *item)
+struct finding
+finding_of_lint(const struct lint_item *item)
 {
     return (struct finding){.warning = true,
                             .code = item->code,
@@ -162,8 +171,9 @@ struct finding finding_of_lint(const struct lint_item *item)
 }
 
 /* Line `number` of a text, 1-based, without its end; LF, CR LF or CR. */
-static bool find_line(const char *text, size_t len, uint32_t number,
-                      const char **line, size_t *line_len)
+static bool
+find_line(const char *text, size_t len, uint32_t number, const char **line,
+          size_t *line_len)
 {
     if (len >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) {
         text += 3;
@@ -188,7 +198,8 @@ static bool find_line(const char *text, size_t len, uint32_t number,
 
 /* Bytes of the JSON token that starts at `at`: a string with its quotes, a
  * number or word, else one character. */
-static size_t token_len(const char *at, size_t len)
+static size_t
+token_len(const char *at, size_t len)
 {
     size_t n = 0;
     if (len > 0 && at[0] == '"') {
@@ -205,7 +216,8 @@ static size_t token_len(const char *at, size_t len)
     return n > 0 ? n : 1;
 }
 
-static size_t characters(const char *text, size_t len)
+static size_t
+characters(const char *text, size_t len)
 {
     size_t count = 0;
     for (size_t i = 0; i < len; i++)
@@ -214,7 +226,8 @@ static size_t characters(const char *text, size_t len)
 }
 
 /* Byte offset of character `index`, at most len. */
-static size_t character_offset(const char *text, size_t len, size_t index)
+static size_t
+character_offset(const char *text, size_t len, size_t index)
 {
     size_t at = 0;
     while (at < len) {
@@ -225,9 +238,9 @@ static size_t character_offset(const char *text, size_t len, size_t index)
     return at;
 }
 
-static void put_excerpt(struct bytes *out, const struct channel *to,
-                        const char *text, size_t len,
-                        const struct finding *finding)
+static void
+put_excerpt(struct bytes *out, const struct channel *to, const char *text,
+            size_t len, const struct finding *finding)
 {
     const char *line;
     size_t line_len;
@@ -267,12 +280,14 @@ static void put_excerpt(struct bytes *out, const struct channel *to,
 }
 
 /* "did you mean" belongs into the sentence; every other hint below it. */
-static bool is_near_miss(const char *hint)
+static bool
+is_near_miss(const char *hint)
 {
     return hint != NULL && strncasecmp(hint, "did you mean", 12) == 0;
 }
 
-static void put_headline(struct bytes *out, const struct finding *finding)
+static void
+put_headline(struct bytes *out, const struct finding *finding)
 {
     /* "must be ..." says of whom only together with its pointer. */
     if (strncmp(finding->detail, "must ", 5) == 0 && finding->pointer) {
@@ -289,8 +304,9 @@ static void put_headline(struct bytes *out, const struct finding *finding)
     }
 }
 
-void finding_print(const struct channel *to, const char *name, const char *text,
-                   size_t len, const struct finding *finding)
+void
+finding_print(const struct channel *to, const char *name, const char *text,
+              size_t len, const struct finding *finding)
 {
     struct bytes out = {0};
     const char *bold = to->color ? "\033[1m" : "";
@@ -319,7 +335,8 @@ void finding_print(const struct channel *to, const char *name, const char *text,
     put_bytes(to, &out);
 }
 
-void finding_write(struct json_writer *w, const struct finding *finding)
+void
+finding_write(struct json_writer *w, const struct finding *finding)
 {
     json_begin_object(w, NULL);
     json_put_string_or_null(w, "pointer", finding->pointer);

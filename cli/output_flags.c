@@ -6,7 +6,8 @@
 #include "core/base/json_write.h"
 
 /* "png", "exr", or NULL: what the file name says. */
-static const char *format_of_path(const char *path)
+static const char *
+format_of_path(const char *path)
 {
     static const char *const endings[] = {"png", "exr"};
     const char *name = strrchr(path, '/');
@@ -18,8 +19,9 @@ static const char *format_of_path(const char *path)
     return NULL;
 }
 
-bool output_flags_check(const struct invocation *in, const char *path,
-                        struct error *err)
+bool
+output_flags_check(const struct invocation *in, const char *path,
+                   struct error *err)
 {
     const char *asked = invocation_value(in, "format");
     const char *named = format_of_path(path);
@@ -36,8 +38,9 @@ bool output_flags_check(const struct invocation *in, const char *path,
 }
 
 /* A member of the job's own output, as it stands in its text. */
-static void put_own(struct json_writer *w, const struct document *document,
-                    const char *name)
+static void
+put_own(struct json_writer *w, const struct document *document,
+        const char *name)
 {
     const struct json *m = json_member(document->output_root, name);
     if (m != NULL)
@@ -45,7 +48,8 @@ static void put_own(struct json_writer *w, const struct document *document,
                      m->end - m->begin);
 }
 
-static void put_layers(struct json_writer *w, const struct invocation *in)
+static void
+put_layers(struct json_writer *w, const struct invocation *in)
 {
     json_begin_array(w, "layers");
     for (size_t i = 0; i < in->given_count; i++) {
@@ -56,8 +60,9 @@ static void put_layers(struct json_writer *w, const struct invocation *in)
 }
 
 /* The merged settings as an output document, for the one reader of those. */
-static void merge(const struct invocation *in, const char *path,
-                  const struct document *document, struct bytes *text)
+static void
+merge(const struct invocation *in, const char *path,
+      const struct document *document, struct bytes *text)
 {
     struct json_writer w = {.out = text};
     const struct json *own = json_member(document->output_root, "format");
@@ -89,7 +94,8 @@ static void merge(const struct invocation *in, const char *path,
 }
 
 /* "/bit_depth" -> "--bit-depth". */
-static const char *option_of(const char *pointer)
+static const char *
+option_of(const char *pointer)
 {
     static const char *const pairs[][2] = {
         {"/layers", "--layer"},
@@ -103,9 +109,10 @@ static const char *option_of(const char *pointer)
     return "-o";
 }
 
-bool output_flags_read(const struct invocation *in, const char *path,
-                       const struct document *document, struct output *output,
-                       struct error *err)
+bool
+output_flags_read(const struct invocation *in, const char *path,
+                  const struct document *document, struct output *output,
+                  struct error *err)
 {
     struct bytes text = {0};
     struct arena arena;

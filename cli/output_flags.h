@@ -15,12 +15,14 @@
 
 /* Before anything is read: does the ending say a format, and no other one than
  * --format? ERROR_USAGE. */
-bool output_flags_check(const struct invocation *in, const char *path,
-                        struct error *err);
+bool
+output_flags_check(const struct invocation *in, const char *path,
+                   struct error *err);
 
 /* After document_check. ERROR_USAGE names the option that does not fit. */
-bool output_flags_read(const struct invocation *in, const char *path,
-                       const struct document *document, struct output *output,
-                       struct error *err);
+bool
+output_flags_read(const struct invocation *in, const char *path,
+                  const struct document *document, struct output *output,
+                  struct error *err);
 
 #endif

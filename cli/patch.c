@@ -12,7 +12,8 @@ struct walk {
     const struct json *at; /* the value reached */
 };
 
-static size_t line_breaks(const char *text, size_t len)
+static size_t
+line_breaks(const char *text, size_t len)
 {
     size_t count = 0;
     for (size_t i = 0; i < len; i++) {
@@ -23,8 +24,9 @@ static size_t line_breaks(const char *text, size_t len)
     return count;
 }
 
-void patch_splice(struct bytes *text, size_t begin, size_t end,
-                  const char *value, size_t value_len)
+void
+patch_splice(struct bytes *text, size_t begin, size_t end, const char *value,
+             size_t value_len)
 {
     struct bytes out = {0};
     size_t breaks = line_breaks(text->data + begin, end - begin);
@@ -41,7 +43,8 @@ void patch_splice(struct bytes *text, size_t begin, size_t end,
 }
 
 /* The next token of the pointer, ~1 and ~0 undone; NULL if malformed. */
-static char *next_token(struct walk *walk, struct arena *arena)
+static char *
+next_token(struct walk *walk, struct arena *arena)
 {
     const char *from = walk->rest + 1;
     size_t len = strcspn(from, "/");
@@ -62,14 +65,16 @@ static char *next_token(struct walk *walk, struct arena *arena)
     return token;
 }
 
-static bool is_index(const char *token)
+static bool
+is_index(const char *token)
 {
     return *token != '\0' && strspn(token, "0123456789") == strlen(token) &&
            (token[0] != '0' || token[1] == '\0');
 }
 
 /* The pointer up to the token just read, for messages. */
-static const char *so_far(const struct walk *walk, struct arena *arena)
+static const char *
+so_far(const struct walk *walk, struct arena *arena)
 {
     const char *text =
         arena_strndup(arena, walk->whole, (size_t)(walk->rest - walk->whole));
@@ -78,8 +83,9 @@ static const char *so_far(const struct walk *walk, struct arena *arena)
 
 /* Wrap `value` into objects for the tokens that are left: "/b/c" and 1 give
  * {"b":{"c":1}}. */
-static bool wrap(struct walk *walk, const char *value, struct arena *arena,
-                 struct bytes *out, struct error *err)
+static bool
+wrap(struct walk *walk, const char *value, struct arena *arena,
+     struct bytes *out, struct error *err)
 {
     size_t depth = 0;
     while (*walk->rest != '\0') {
@@ -107,8 +113,9 @@ static bool wrap(struct walk *walk, const char *value, struct arena *arena,
 }
 
 /* Behind the last child of a container, or behind its opening bracket. */
-static void append(struct bytes *text, const struct json *container,
-                   const char *item, size_t len)
+static void
+append(struct bytes *text, const struct json *container, const char *item,
+       size_t len)
 {
     const struct json *last = container->child;
     while (last != NULL && last->next != NULL)
@@ -121,9 +128,9 @@ static void append(struct bytes *text, const struct json *container,
     bytes_clear(&glued);
 }
 
-static bool make_member(struct bytes *text, struct walk *walk,
-                        const char *token, const char *value,
-                        struct arena *arena, struct error *err)
+static bool
+make_member(struct bytes *text, struct walk *walk, const char *token,
+            const char *value, struct arena *arena, struct error *err)
 {
     struct bytes item = {0};
     struct json_writer w = {.out = &item};
@@ -136,9 +143,10 @@ static bool make_member(struct bytes *text, struct walk *walk,
     return ok;
 }
 
-static bool follow_array(struct bytes *text, struct walk *walk,
-                         const char *token, const char *value,
-                         struct arena *arena, bool *made, struct error *err)
+static bool
+follow_array(struct bytes *text, struct walk *walk, const char *token,
+             const char *value, struct arena *arena, bool *made,
+             struct error *err)
 {
     if (strcmp(token, "-") == 0 && *walk->rest == '\0') {
         append(text, walk->at, value, strlen(value));
@@ -169,8 +177,9 @@ static bool follow_array(struct bytes *text, struct walk *walk,
 }
 
 /* Follow the pointer and splice. `value` is JSON. */
-static bool put(struct bytes *text, struct walk *walk, const char *value,
-                struct arena *arena, const char **place, struct error *err)
+static bool
+put(struct bytes *text, struct walk *walk, const char *value,
+    struct arena *arena, const char **place, struct error *err)
 {
     while (*walk->rest != '\0') {
         char *token = next_token(walk, arena);
@@ -203,8 +212,9 @@ static bool put(struct bytes *text, struct walk *walk, const char *value,
     return true;
 }
 
-bool patch_set(struct bytes *text, const char *assignment, struct arena *arena,
-               const char **place, struct error *err)
+bool
+patch_set(struct bytes *text, const char *assignment, struct arena *arena,
+          const char **place, struct error *err)
 {
     const char *equals = strchr(assignment, '=');
     if (equals == NULL)

@@ -15,8 +15,9 @@
 
 /* Put `value` in place of text[begin, end): its line breaks become blanks, and
  * as many line breaks as were removed follow it. */
-void patch_splice(struct bytes *text, size_t begin, size_t end,
-                  const char *value, size_t value_len);
+void
+patch_splice(struct bytes *text, size_t begin, size_t end, const char *value,
+             size_t value_len);
 
 /* `assignment` is "/pointer=value": an RFC 6901 pointer into `text`, and JSON;
  * a value that is no JSON is taken as a string. A member that an object lacks
@@ -24,7 +25,8 @@ void patch_splice(struct bytes *text, size_t begin, size_t end,
  * *place (in `arena`) becomes the pointer of the outermost value touched.
  * ERROR_USAGE without "=" or with a malformed pointer, ERROR_NOT_FOUND naming
  * the pointer that does not exist, ERROR_INTERNAL if `text` is no JSON. */
-bool patch_set(struct bytes *text, const char *assignment, struct arena *arena,
-               const char **place, struct error *err);
+bool
+patch_set(struct bytes *text, const char *assignment, struct arena *arena,
+          const char **place, struct error *err);
 
 #endif

@@ -6,7 +6,8 @@
 
 enum { PROBLEM_MAX = 4 * 1024 * 1024 };
 
-int problem_status(long http_status)
+int
+problem_status(long http_status)
 {
     switch (http_status) {
     case 401:
@@ -23,7 +24,8 @@ int problem_status(long http_status)
     }
 }
 
-static const char *string_of(const struct json *object, const char *name)
+static const char *
+string_of(const struct json *object, const char *name)
 {
     const struct json *m = json_member(object, name);
     return m != NULL && m->type == JSON_STRING ? m->string : NULL;
@@ -31,14 +33,16 @@ static const char *string_of(const struct json *object, const char *name)
 
 /* A render that failed while it was waited for is told with a 5xx; it is the
  * job's end all the same, and no trouble of the server. */
-static bool is_render_failed(const struct json *problem)
+static bool
+is_render_failed(const struct json *problem)
 {
     const char *type = string_of(problem, "type");
     const char *slug = type != NULL ? strrchr(type, '/') : NULL;
     return slug != NULL && strcmp(slug, "/render-failed") == 0;
 }
 
-static uint32_t count_of(const struct json *object, const char *name)
+static uint32_t
+count_of(const struct json *object, const char *name)
 {
     const struct json *m = json_member(object, name);
     bool whole = m != NULL && m->type == JSON_NUMBER && m->number >= 1 &&
@@ -48,7 +52,8 @@ static uint32_t count_of(const struct json *object, const char *name)
 
 /* "`red` is already the name of /scene/materials/0" -> ".../materials/0": a
  * bare scene has no /scene. In place; the text is ours. */
-static const char *unwrap_pointers(const char *text, struct arena *arena)
+static const char *
+unwrap_pointers(const char *text, struct arena *arena)
 {
     char *own = arena_strdup(arena, text);
     char *at = own != NULL ? strstr(own, "/scene/") : NULL;
@@ -60,10 +65,10 @@ static const char *unwrap_pointers(const char *text, struct arena *arena)
 }
 
 /* Undo the wrapping of document_write_job. */
-static struct finding finding_at_home(const struct json *item, bool warning,
-                                      const struct document *document,
-                                      unsigned lines_before,
-                                      struct arena *arena)
+static struct finding
+finding_at_home(const struct json *item, bool warning,
+                const struct document *document, unsigned lines_before,
+                struct arena *arena)
 {
     const char *code = string_of(item, "code");
     const char *detail = string_of(item, "detail");
@@ -89,10 +94,10 @@ static struct finding finding_at_home(const struct json *item, bool warning,
     return f;
 }
 
-static size_t print_findings(const struct json *problem, const char *member,
-                             bool warning, const struct channel *to,
-                             const struct document *document,
-                             unsigned lines_before, struct arena *arena)
+static size_t
+print_findings(const struct json *problem, const char *member, bool warning,
+               const struct channel *to, const struct document *document,
+               unsigned lines_before, struct arena *arena)
 {
     const struct json *list = json_member(problem, member);
     size_t count = 0;
@@ -107,9 +112,10 @@ static size_t print_findings(const struct json *problem, const char *member,
     return count;
 }
 
-int problem_print(const struct remote_reply *reply, const struct channel *to,
-                  const char *who, const struct document *document,
-                  unsigned lines_before)
+int
+problem_print(const struct remote_reply *reply, const struct channel *to,
+              const char *who, const struct document *document,
+              unsigned lines_before)
 {
     struct arena arena;
     arena_init(&arena, 0);

@@ -10,7 +10,8 @@ enum {
     FACTS_WIDTH = 46 /* all of a line but its bar */
 };
 
-static void format_left(double seconds, char *text, size_t size)
+static void
+format_left(double seconds, char *text, size_t size)
 {
     if (seconds < 0 || seconds > 360000) {
         snprintf(text, size, "%s", "");
@@ -24,7 +25,8 @@ static void format_left(double seconds, char *text, size_t size)
                  s % 60);
 }
 
-static void format_speed(double rays_per_second, char *text, size_t size)
+static void
+format_speed(double rays_per_second, char *text, size_t size)
 {
     double mega = rays_per_second / 1e6;
     if (rays_per_second <= 0)
@@ -34,9 +36,9 @@ static void format_speed(double rays_per_second, char *text, size_t size)
                  mega);
 }
 
-size_t progress_format(char text[PROGRESS_SIZE],
-                       const struct progress_facts *facts, bool bar,
-                       unsigned columns)
+size_t
+progress_format(char text[PROGRESS_SIZE], const struct progress_facts *facts,
+                bool bar, unsigned columns)
 {
     char hashes[BAR_WIDTH + 8] = "", speed[48], left[48];
     double fraction = facts->fraction < 0   ? 0
@@ -62,8 +64,9 @@ size_t progress_format(char text[PROGRESS_SIZE],
     return strlen(text);
 }
 
-void progress_start(struct progress *progress, const struct channel *to,
-                    bool quiet, int64_t now_us)
+void
+progress_start(struct progress *progress, const struct channel *to, bool quiet,
+               int64_t now_us)
 {
     *progress = (struct progress){
         .file = quiet ? NULL : to->file,
@@ -74,7 +77,8 @@ void progress_start(struct progress *progress, const struct channel *to,
 }
 
 /* Draw over the line that is there. Blanks, not escapes, wipe a longer one. */
-static void draw(struct progress *progress, const char *text, size_t len)
+static void
+draw(struct progress *progress, const char *text, size_t len)
 {
     size_t blanks = progress->drawn > len ? progress->drawn - len : 0;
     fprintf(progress->file, "\r%s%*s", text, (int)blanks, "");
@@ -82,8 +86,9 @@ static void draw(struct progress *progress, const char *text, size_t len)
     progress->drawn = len > progress->drawn ? len : progress->drawn;
 }
 
-void progress_show(struct progress *progress,
-                   const struct progress_facts *facts, int64_t now_us)
+void
+progress_show(struct progress *progress, const struct progress_facts *facts,
+              int64_t now_us)
 {
     char text[PROGRESS_SIZE];
     struct progress_facts shown = *facts;
@@ -107,7 +112,8 @@ void progress_show(struct progress *progress,
     progress->next_us = now_us + LINE_EVERY_US;
 }
 
-void progress_finish(struct progress *progress)
+void
+progress_finish(struct progress *progress)
 {
     if (progress->drawn == 0)
         return;
@@ -121,7 +127,8 @@ void progress_finish(struct progress *progress)
     progress->drawn = 0;
 }
 
-void progress_erase(struct progress *progress)
+void
+progress_erase(struct progress *progress)
 {
     if (progress->drawn == 0)
         return;

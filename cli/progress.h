@@ -37,19 +37,23 @@ enum { PROGRESS_SIZE = 256 };
 
 /* One line without its end, at most `columns` - 1 characters; a narrow
  * terminal shortens the bar first, then the facts behind it. */
-size_t progress_format(char text[PROGRESS_SIZE],
-                       const struct progress_facts *facts, bool bar,
-                       unsigned columns);
+size_t
+progress_format(char text[PROGRESS_SIZE], const struct progress_facts *facts,
+                bool bar, unsigned columns);
 
-void progress_start(struct progress *progress, const struct channel *to,
-                    bool quiet, int64_t now_us);
-void progress_show(struct progress *progress,
-                   const struct progress_facts *facts, int64_t now_us);
+void
+progress_start(struct progress *progress, const struct channel *to, bool quiet,
+               int64_t now_us);
+void
+progress_show(struct progress *progress, const struct progress_facts *facts,
+              int64_t now_us);
 
 /* All done: a bar on the terminal is filled and ended by a newline. */
-void progress_finish(struct progress *progress);
+void
+progress_finish(struct progress *progress);
 
 /* A message follows: the line on the terminal is blanked. */
-void progress_erase(struct progress *progress);
+void
+progress_erase(struct progress *progress);
 
 #endif

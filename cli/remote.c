@@ -21,7 +21,8 @@ struct remote {
     bool local; /* this machine: no proxy stands between */
 };
 
-const char *remote_server(const char *option)
+const char *
+remote_server(const char *option)
 {
     if (option != NULL)
         return option;
@@ -30,7 +31,8 @@ const char *remote_server(const char *option)
 }
 
 /* Is the URL's host this machine? */
-static bool is_loopback(const char *url)
+static bool
+is_loopback(const char *url)
 {
     static const char *const hosts[] = {"localhost", "127.0.0.1", "[::1]"};
     const char *host = strstr(url, "://") + 3;
@@ -43,7 +45,8 @@ static bool is_loopback(const char *url)
     return false;
 }
 
-static bool check_url(struct remote *remote, const char *url, struct error *err)
+static bool
+check_url(struct remote *remote, const char *url, struct error *err)
 {
     bool known = strncasecmp(url, "http://", 7) == 0 ||
                  strncasecmp(url, "https://", 8) == 0;
@@ -73,7 +76,8 @@ static bool check_url(struct remote *remote, const char *url, struct error *err)
     return true;
 }
 
-struct remote *remote_open(const char *url, struct error *err)
+struct remote *
+remote_open(const char *url, struct error *err)
 {
     struct remote *remote = calloc(1, sizeof *remote);
     if (remote == NULL) {
@@ -93,7 +97,8 @@ out:
     return NULL;
 }
 
-void remote_close(struct remote *remote)
+void
+remote_close(struct remote *remote)
 {
     if (remote == NULL)
         return;
@@ -103,7 +108,8 @@ void remote_close(struct remote *remote)
     free(remote);
 }
 
-static size_t on_body(char *data, size_t size, size_t count, void *user)
+static size_t
+on_body(char *data, size_t size, size_t count, void *user)
 {
     struct remote_reply *reply = user;
     size_t len = size * count;
@@ -114,8 +120,9 @@ static size_t on_body(char *data, size_t size, size_t count, void *user)
 }
 
 /* Copy a header's value without the blanks around it, if it is that header. */
-static bool header_value(const char *line, size_t len, const char *name,
-                         char *value, size_t size)
+static bool
+header_value(const char *line, size_t len, const char *name, char *value,
+             size_t size)
 {
     size_t name_len = strlen(name);
     if (len <= name_len || strncasecmp(line, name, name_len) != 0 ||
@@ -133,7 +140,8 @@ static bool header_value(const char *line, size_t len, const char *name,
     return true;
 }
 
-static size_t on_header(char *line, size_t size, size_t count, void *user)
+static size_t
+on_header(char *line, size_t size, size_t count, void *user)
 {
     struct remote_reply *reply = user;
     size_t len = size * count;
@@ -155,9 +163,10 @@ static size_t on_header(char *line, size_t size, size_t count, void *user)
     return len;
 }
 
-static void set_options(struct remote *remote, const struct remote_ask *ask,
-                        const char *url, struct curl_slist *headers,
-                        struct remote_reply *reply)
+static void
+set_options(struct remote *remote, const struct remote_ask *ask,
+            const char *url, struct curl_slist *headers,
+            struct remote_reply *reply)
 {
     CURL *easy = remote->easy;
     char agent[64];
@@ -189,7 +198,8 @@ static void set_options(struct remote *remote, const struct remote_ask *ask,
 }
 
 /* Let curl work until the transfer ends; Ctrl-C wakes the wait at once. */
-static bool transfer(struct remote *remote, double grace_s, CURLcode *code)
+static bool
+transfer(struct remote *remote, double grace_s, CURLcode *code)
 {
     int running = 1;
     int64_t until_us = 0; /* set when interrupted */
@@ -220,8 +230,9 @@ static bool transfer(struct remote *remote, double grace_s, CURLcode *code)
     return true;
 }
 
-static bool explain(const struct remote *remote, const struct remote_ask *ask,
-                    CURLcode code, struct error *err)
+static bool
+explain(const struct remote *remote, const struct remote_ask *ask,
+        CURLcode code, struct error *err)
 {
     const char *why =
         remote->trouble[0] ? remote->trouble : curl_easy_strerror(code);
@@ -245,8 +256,9 @@ static bool explain(const struct remote *remote, const struct remote_ask *ask,
     }
 }
 
-bool remote_send(struct remote *remote, const struct remote_ask *ask,
-                 struct remote_reply *reply, struct error *err)
+bool
+remote_send(struct remote *remote, const struct remote_ask *ask,
+            struct remote_reply *reply, struct error *err)
 {
     struct curl_slist *headers = NULL;
     char url[1024];
@@ -282,7 +294,8 @@ out:
     return ok;
 }
 
-void remote_reply_clear(struct remote_reply *reply)
+void
+remote_reply_clear(struct remote_reply *reply)
 {
     bytes_clear(&reply->body);
     *reply = (struct remote_reply){0};

@@ -21,12 +21,15 @@ struct remote_reply {
 };
 
 /* The server to use: the option's value, else GLINT_SERVER; NULL for none. */
-const char *remote_server(const char *option);
+const char *
+remote_server(const char *option);
 
 /* `url` is http:// or https:// with an optional path before /v1. ERROR_USAGE if
  * it is not. */
-struct remote *remote_open(const char *url, struct error *err);
-void remote_close(struct remote *remote);
+struct remote *
+remote_open(const char *url, struct error *err);
+void
+remote_close(struct remote *remote);
 
 /* Ask and read the whole answer; any HTTP status is an answer. `body` may be
  * NULL. `headers` end with NULL. False: ERROR_IO (unreachable or broken off),
@@ -39,9 +42,11 @@ struct remote_ask {
     double timeout_s;
     double grace_s;
 };
-bool remote_send(struct remote *remote, const struct remote_ask *ask,
-                 struct remote_reply *reply, struct error *err);
+bool
+remote_send(struct remote *remote, const struct remote_ask *ask,
+            struct remote_reply *reply, struct error *err);
 
-void remote_reply_clear(struct remote_reply *reply);
+void
+remote_reply_clear(struct remote_reply *reply);
 
 #endif

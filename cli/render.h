@@ -27,11 +27,13 @@ struct render_ask {
 
 /* Through one worker process. The document has passed document_check.
  * STATUS_OK, _FAILED, _TIMEOUT or _INTERRUPTED. */
-int render_local(const struct render_ask *ask, struct bytes *picture);
+int
+render_local(const struct render_ask *ask, struct bytes *picture);
 
 /* Through a glintd: POST /v1/render, which answers with the picture at once or
  * with a job to wait for. The document is JSON; the server judges it. Any
  * status. */
-int render_remote(const struct render_ask *ask, struct bytes *picture);
+int
+render_remote(const struct render_ask *ask, struct bytes *picture);
 
 #endif

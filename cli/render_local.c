@@ -27,7 +27,8 @@ struct session {
     bool canceled;   /* CANCEL was sent */
 };
 
-static unsigned cores(void)
+static unsigned
+cores(void)
 {
     cpu_set_t set;
     if (sched_getaffinity(0, sizeof set, &set) != 0)
@@ -36,14 +37,16 @@ static unsigned cores(void)
     return count > 0 ? (unsigned)count : 1;
 }
 
-static int fail(struct session *s, int status, const char *text)
+static int
+fail(struct session *s, int status, const char *text)
 {
     progress_erase(s->ask->progress);
     say_error(s->ask->messages, "glint render", "%s", text);
     return status;
 }
 
-static void on_progress(struct session *s, const struct message_progress *p)
+static void
+on_progress(struct session *s, const struct message_progress *p)
 {
     static const char *const stages[] = {"loading", "building", "tracing",
                                          "encoding"};
@@ -65,7 +68,8 @@ static void on_progress(struct session *s, const struct message_progress *p)
 }
 
 /* Send RENDER: the canonical scene, as a server would store it. */
-static bool send_ask(struct session *s, struct error *err)
+static bool
+send_ask(struct session *s, struct error *err)
 {
     const struct render_ask *ask = s->ask;
     struct bytes scene = {0}, output = {0};
@@ -86,7 +90,8 @@ out:
     return ok;
 }
 
-static int on_done(struct session *s, const struct message *message)
+static int
+on_done(struct session *s, const struct message *message)
 {
     const void *data;
     size_t len;
@@ -102,7 +107,8 @@ static int on_done(struct session *s, const struct message *message)
 }
 
 /* FAILED, unless we asked for the end ourselves. */
-static int on_failed(struct session *s, const struct message_failed *failed)
+static int
+on_failed(struct session *s, const struct message_failed *failed)
 {
     if (s->why != STATUS_OK)
         return s->why;
@@ -110,7 +116,8 @@ static int on_failed(struct session *s, const struct message_failed *failed)
 }
 
 /* -1: go on listening. */
-static int on_message(struct session *s, const struct message *message)
+static int
+on_message(struct session *s, const struct message *message)
 {
     struct error err = {0};
     switch (message->kind) {
@@ -125,8 +132,8 @@ static int on_message(struct session *s, const struct message *message)
     }
 }
 
-static int on_gone(struct session *s, enum wire_status status,
-                   const struct error *err)
+static int
+on_gone(struct session *s, enum wire_status status, const struct error *err)
 {
     char how[64] = "", text[WIRE_TEXT_SIZE + 128];
     child_stop(&s->child, how);
@@ -141,7 +148,8 @@ static int on_gone(struct session *s, enum wire_status status,
 }
 
 /* Take what has arrived. -1: go on. */
-static int take_messages(struct session *s)
+static int
+take_messages(struct session *s)
 {
     for (;;) {
         struct message message = {0};
@@ -160,7 +168,8 @@ static int take_messages(struct session *s)
 }
 
 /* Ask the worker to stop, once; it is killed if it does not. */
-static void stop(struct session *s, int why)
+static void
+stop(struct session *s, int why)
 {
     if (s->canceled)
         return;
@@ -171,7 +180,8 @@ static void stop(struct session *s, int why)
         s->stop_us = clock_monotonic_us();
 }
 
-static int wait_ms(const struct session *s, int64_t now)
+static int
+wait_ms(const struct session *s, int64_t now)
 {
     int64_t until = s->ask->deadline_us;
     if (s->stop_us > 0 && (until == 0 || s->canceled || s->stop_us < until))
@@ -182,7 +192,8 @@ static int wait_ms(const struct session *s, int64_t now)
     return ms < 0 ? 0 : ms > 60000 ? 60000 : (int)ms;
 }
 
-static int listen_to(struct session *s)
+static int
+listen_to(struct session *s)
 {
     s->stop_us = s->started_us + READY_MS * 1000;
     for (;;) {
@@ -210,7 +221,8 @@ static int listen_to(struct session *s)
     }
 }
 
-int render_local(const struct render_ask *ask, struct bytes *picture)
+int
+render_local(const struct render_ask *ask, struct bytes *picture)
 {
     struct session s = {.ask = ask, .picture = picture, .why = STATUS_OK};
     struct error err = {0};

@@ -27,14 +27,16 @@ struct call {
     int failures; /* looks in a row that found nobody */
 };
 
-static int fail(struct call *call, int status, const char *text)
+static int
+fail(struct call *call, int status, const char *text)
 {
     progress_erase(call->ask->progress);
     say_error(call->ask->messages, "glint render", "%s", text);
     return status;
 }
 
-static int refuse(struct call *call, const struct remote_reply *reply)
+static int
+refuse(struct call *call, const struct remote_reply *reply)
 {
     progress_erase(call->ask->progress);
     return problem_print(reply, call->ask->messages, "glint render",
@@ -42,7 +44,8 @@ static int refuse(struct call *call, const struct remote_reply *reply)
 }
 
 /* Ids are letters, digits and underscores: nothing else gets into a path. */
-static bool take_job_id(struct call *call, const char *text)
+static bool
+take_job_id(struct call *call, const char *text)
 {
     size_t len = strspn(text, "abcdefghijklmnopqrstuvwxyz"
                               "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_");
@@ -54,14 +57,16 @@ static bool take_job_id(struct call *call, const char *text)
     return true;
 }
 
-static bool job_of_location(struct call *call, const struct remote_reply *reply)
+static bool
+job_of_location(struct call *call, const struct remote_reply *reply)
 {
     const char *at = strstr(reply->location, "/v1/jobs/");
     return at != NULL && take_job_id(call, at + strlen("/v1/jobs/"));
 }
 
 /* Nobody there, timed out, or interrupted: the transport's own failures. */
-static int broken(struct call *call, const struct error *err)
+static int
+broken(struct call *call, const struct error *err)
 {
     if (err->code != ERROR_CANCELED && call->job[0] == '\0')
         return fail(call, STATUS_SERVER, err->text);
@@ -89,7 +94,8 @@ static int broken(struct call *call, const struct error *err)
 }
 
 /* Seconds until --timeout, at most `most`; 0 when it has passed. */
-static double time_left(const struct call *call, double most)
+static double
+time_left(const struct call *call, double most)
 {
     if (call->ask->deadline_us == 0)
         return most;
@@ -97,7 +103,8 @@ static double time_left(const struct call *call, double most)
     return left < 0 ? 0 : left < most ? left : most;
 }
 
-static int timed_out(struct call *call)
+static int
+timed_out(struct call *call)
 {
     char text[160];
     snprintf(text, sizeof text, "timed out; %s goes on at the server",
@@ -107,14 +114,15 @@ static int timed_out(struct call *call)
 
 /* ---- a picture at once, or a job ---- */
 
-static bool is_picture(const struct call *call,
-                       const struct remote_reply *reply)
+static bool
+is_picture(const struct call *call, const struct remote_reply *reply)
 {
     return reply->status == 200 &&
            strcmp(reply->media_type, output_media_type(call->ask->output)) == 0;
 }
 
-static void take_picture(struct call *call, struct remote_reply *reply)
+static void
+take_picture(struct call *call, struct remote_reply *reply)
 {
     *call->picture = reply->body;
     reply->body = (struct bytes){0};
@@ -122,7 +130,8 @@ static void take_picture(struct call *call, struct remote_reply *reply)
 
 /* Small renders answer at once; others become a job after a second.
  * -1: there is a job to wait for. */
-static int submit(struct call *call)
+static int
+submit(struct call *call)
 {
     char prefer[64], accept[64];
     snprintf(prefer, sizeof prefer, "Prefer: respond-async, wait=%d",
@@ -161,21 +170,23 @@ static int submit(struct call *call)
 
 /* ---- the job ---- */
 
-static double number_of(const struct json *object, const char *name,
-                        double otherwise)
+static double
+number_of(const struct json *object, const char *name, double otherwise)
 {
     const struct json *m = json_member(object, name);
     return m != NULL && m->type == JSON_NUMBER ? m->number : otherwise;
 }
 
-static const char *string_of(const struct json *object, const char *name)
+static const char *
+string_of(const struct json *object, const char *name)
 {
     const struct json *m = json_member(object, name);
     return m != NULL && m->type == JSON_STRING ? m->string : "";
 }
 
 /* The server's word for what it does, if it is one of ours. */
-static const char *stage_of(const struct json *job)
+static const char *
+stage_of(const struct json *job)
 {
     static const char *const known[] = {"queued", "loading", "building",
                                         "tracing", "encoding"};
@@ -189,8 +200,8 @@ static const char *stage_of(const struct json *job)
     return "running";
 }
 
-static int job_failed(struct call *call, const struct json *job,
-                      const char *state)
+static int
+job_failed(struct call *call, const struct json *job, const char *state)
 {
     const struct json *error = json_member(job, "error");
     const char *detail = string_of(error, "detail");
@@ -201,7 +212,8 @@ static int job_failed(struct call *call, const struct json *job,
 }
 
 /* Read a job object. -1: not finished; STATUS_OK: its result is there. */
-static int read_job(struct call *call, const struct remote_reply *reply)
+static int
+read_job(struct call *call, const struct remote_reply *reply)
 {
     struct arena arena;
     arena_init(&arena, 0);
@@ -231,7 +243,8 @@ static int read_job(struct call *call, const struct remote_reply *reply)
 }
 
 /* One look at the job. A server that restarts may be away for a moment. */
-static int look(struct call *call)
+static int
+look(struct call *call)
 {
     char path[160];
     snprintf(path, sizeof path, "/v1/jobs/%s?wait=%d", call->job, JOB_WAIT_S);
@@ -252,7 +265,8 @@ static int look(struct call *call)
     return status;
 }
 
-static int fetch(struct call *call)
+static int
+fetch(struct call *call)
 {
     char path[160], accept[64];
     snprintf(path, sizeof path, "/v1/jobs/%s/result", call->job);
@@ -274,7 +288,8 @@ static int fetch(struct call *call)
     return status;
 }
 
-static int wait_for_job(struct call *call)
+static int
+wait_for_job(struct call *call)
 {
     for (;;) {
         int status = look(call);
@@ -287,7 +302,8 @@ static int wait_for_job(struct call *call)
     }
 }
 
-int render_remote(const struct render_ask *ask, struct bytes *picture)
+int
+render_remote(const struct render_ask *ask, struct bytes *picture)
 {
     struct call call = {.ask = ask, .picture = picture};
     struct bytes output = {0};

@@ -160,10 +160,12 @@ struct reader {
 
 /* --- saying what is wrong --- */
 
-static void complain(bool *flag, const char *format, ...)
+static void
+complain(bool *flag, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-static void complain(bool *flag, const char *format, ...)
+static void
+complain(bool *flag, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
@@ -174,7 +176,8 @@ static void complain(bool *flag, const char *format, ...)
     *flag = true;
 }
 
-static const struct setting *find(const char *name)
+static const struct setting *
+find(const char *name)
 {
     for (size_t i = 0; i < SETTING_COUNT; i++) {
         if (strcmp(settings[i].name, name) == 0)
@@ -184,7 +187,8 @@ static const struct setting *find(const char *name)
 }
 
 /* The nearest setting, or with `flags` the nearest flag, else NULL. */
-static const char *nearest(const char *name, bool flags)
+static const char *
+nearest(const char *name, bool flags)
 {
     const char *names[SETTING_COUNT + ACTION_COUNT];
     size_t count = 0;
@@ -196,7 +200,8 @@ static const char *nearest(const char *name, bool flags)
 }
 
 /* --max-spp and max_spp */
-static void swap_char(char *text, char from, char to)
+static void
+swap_char(char *text, char from, char to)
 {
     for (; *text != '\0'; text++) {
         if (*text == from)
@@ -206,7 +211,8 @@ static void swap_char(char *text, char from, char to)
 
 /* --- sources: flags --- */
 
-static void flag_unknown(struct reader *r, const char *arg, const char *name)
+static void
+flag_unknown(struct reader *r, const char *arg, const char *name)
 {
     const char *near = nearest(name, true);
     char hint[64] = "";
@@ -217,7 +223,8 @@ static void flag_unknown(struct reader *r, const char *arg, const char *name)
     complain(&r->usage, "unknown option %.80s%s", arg, hint);
 }
 
-static bool is_action(struct reader *r, const char *name, const char *value)
+static bool
+is_action(struct reader *r, const char *name, const char *value)
 {
     for (size_t i = 0; i < ACTION_COUNT; i++) {
         char plain[32];
@@ -234,7 +241,8 @@ static bool is_action(struct reader *r, const char *name, const char *value)
 }
 
 /* One option; returns how many arguments it took. */
-static int read_flag(struct reader *r, int left, char **argv)
+static int
+read_flag(struct reader *r, int left, char **argv)
 {
     if (strcmp(argv[0], "-h") == 0)
         argv[0] = "--help";
@@ -288,7 +296,8 @@ static int read_flag(struct reader *r, int left, char **argv)
 
 /* --- sources: environment --- */
 
-static void env_name(const struct setting *setting, char name[64])
+static void
+env_name(const struct setting *setting, char name[64])
 {
     snprintf(name, 64, "GLINT_%s", setting->name);
     for (char *c = name; *c != '\0'; c++) {
@@ -297,7 +306,8 @@ static void env_name(const struct setting *setting, char name[64])
     }
 }
 
-static bool env_is_ours(const char *name, size_t len)
+static bool
+env_is_ours(const char *name, size_t len)
 {
     for (size_t i = 0; i < sizeof env_ignored / sizeof env_ignored[0]; i++) {
         if (strlen(env_ignored[i]) == len &&
@@ -318,7 +328,8 @@ static bool env_is_ours(const char *name, size_t len)
 }
 
 /* An empty variable counts as not set. */
-static void read_env(struct reader *r)
+static void
+read_env(struct reader *r)
 {
     for (size_t i = 0; i < SETTING_COUNT; i++) {
         struct source *source = &r->sources[i];
@@ -343,8 +354,9 @@ static void read_env(struct reader *r)
 
 /* --- sources: the file --- */
 
-static void take_member(struct reader *r, const char *path, const char *text,
-                        const struct json *member)
+static void
+take_member(struct reader *r, const char *path, const char *text,
+            const struct json *member)
 {
     const struct setting *setting = find(member->key);
     if (setting == NULL || setting->kind == KIND_FILE) {
@@ -372,7 +384,8 @@ static void take_member(struct reader *r, const char *path, const char *text,
         complain(&r->mistake, "%s cannot be read", source->origin);
 }
 
-static void read_file(struct reader *r, const char *path)
+static void
+read_file(struct reader *r, const char *path)
 {
     struct bytes text = {0};
     struct error err = {0};
@@ -410,7 +423,8 @@ static void read_file(struct reader *r, const char *path)
 }
 
 /* --config or GLINT_CONFIG, else the first of the usual places. */
-static void find_file(struct reader *r)
+static void
+find_file(struct reader *r)
 {
     struct source *named = &r->sources[find("config") - settings];
     if (named->text != NULL) {
@@ -437,14 +451,15 @@ static void find_file(struct reader *r)
 
 /* --- values --- */
 
-static unsigned cores(void)
+static unsigned
+cores(void)
 {
     long count = sysconf(_SC_NPROCESSORS_ONLN);
     return count > 0 ? (unsigned)count : 1;
 }
 
-static bool bad(struct reader *r, const struct source *source,
-                const char *wanted)
+static bool
+bad(struct reader *r, const struct source *source, const char *wanted)
 {
     complain(&r->mistake, "%s must be %s, got %s%.80s%s", source->origin,
              wanted, source->quoted ? "\"" : "", source->text,
@@ -453,7 +468,8 @@ static bool bad(struct reader *r, const struct source *source,
 }
 
 /* A number in plain decimal form, also 2e10; false if it is none. */
-static bool read_number(const struct source *source, double *number)
+static bool
+read_number(const struct source *source, double *number)
 {
     if (source->typed && source->quoted)
         return false; /* "5" in a file is text */
@@ -466,8 +482,9 @@ static bool read_number(const struct source *source, double *number)
     return *end == '\0' && errno == 0 && isfinite(*number);
 }
 
-static bool set_number(struct reader *r, const struct setting *setting,
-                       const struct source *source)
+static bool
+set_number(struct reader *r, const struct setting *setting,
+           const struct source *source)
 {
     void *place = (char *)r->config + setting->offset;
     bool whole = setting->kind != KIND_SECONDS;
@@ -499,7 +516,8 @@ static bool set_number(struct reader *r, const struct setting *setting,
 }
 
 /* The place of `word` among `words`; -1 if it is not there. */
-static int word_index(const char *word, const char *const *words, int count)
+static int
+word_index(const char *word, const char *const *words, int count)
 {
     for (int i = 0; i < count; i++) {
         if (strcmp(word, words[i]) == 0)
@@ -508,8 +526,9 @@ static int word_index(const char *word, const char *const *words, int count)
     return -1;
 }
 
-static bool set_word(struct reader *r, const struct setting *setting,
-                     const struct source *source)
+static bool
+set_word(struct reader *r, const struct setting *setting,
+         const struct source *source)
 {
     static const char *const switches[] = {"off",  "on", "false",
                                            "true", "0",  "1"};
@@ -540,8 +559,9 @@ static bool set_word(struct reader *r, const struct setting *setting,
     }
 }
 
-static bool set_path(struct reader *r, const struct setting *setting,
-                     const struct source *source)
+static bool
+set_path(struct reader *r, const struct setting *setting,
+         const struct source *source)
 {
     char *place = (char *)r->config + setting->offset;
     size_t size = sizeof r->config->data;
@@ -552,7 +572,8 @@ static bool set_path(struct reader *r, const struct setting *setting,
     return true;
 }
 
-static bool read_port(const char *text, uint16_t *port)
+static bool
+read_port(const char *text, uint16_t *port)
 {
     size_t len = strlen(text);
     if (len == 0 || len > 5 || strspn(text, "0123456789") != len)
@@ -563,7 +584,8 @@ static bool read_port(const char *text, uint16_t *port)
 }
 
 /* 127.0.0.1:8080, [::1]:8080, localhost:8080, :8080 */
-static bool set_address(struct reader *r, const struct source *source)
+static bool
+set_address(struct reader *r, const struct source *source)
 {
     static const char wanted[] =
         "HOST:PORT with a numeric address or localhost, for example "
@@ -596,7 +618,8 @@ static bool set_address(struct reader *r, const struct source *source)
     return true;
 }
 
-static bool is_loopback(const char *host)
+static bool
+is_loopback(const char *host)
 {
     static const unsigned char mapped[12] = {[10] = 0xff, [11] = 0xff};
     unsigned char bytes[16];
@@ -610,8 +633,9 @@ static bool is_loopback(const char *host)
            (memcmp(bytes, mapped, sizeof mapped) == 0 && bytes[12] == 127);
 }
 
-static void set_value(struct reader *r, const struct setting *setting,
-                      const struct source *source)
+static void
+set_value(struct reader *r, const struct setting *setting,
+          const struct source *source)
 {
     switch (setting->kind) {
     case KIND_ADDRESS: set_address(r, source); break;
@@ -630,7 +654,8 @@ static void set_value(struct reader *r, const struct setting *setting,
     }
 }
 
-static void set_values(struct reader *r)
+static void
+set_values(struct reader *r)
 {
     for (size_t i = 0; i < SETTING_COUNT; i++) {
         struct source *source = &r->sources[i];
@@ -648,7 +673,8 @@ static void set_values(struct reader *r)
 }
 
 /* What no single value can tell. */
-static void check_together(struct reader *r)
+static void
+check_together(struct reader *r)
 {
     const struct config *c = r->config;
     if (r->mistake)
@@ -667,7 +693,8 @@ static void check_together(struct reader *r)
 
 /* --- what is printed --- */
 
-static void print_version(void)
+static void
+print_version(void)
 {
     char isa[ISA_SIZE];
     isa_class(isa);
@@ -675,7 +702,8 @@ static void print_version(void)
            isa);
 }
 
-static void print_help(void)
+static void
+print_help(void)
 {
     fputs("glintd - renders scenes over HTTP\n\n"
           "  glintd                                    http://127.0.0.1:8080, "
@@ -717,7 +745,8 @@ static void print_help(void)
           stdout);
 }
 
-static void print_config(const struct reader *r)
+static void
+print_config(const struct reader *r)
 {
     for (size_t i = 0; i < SETTING_COUNT; i++) {
         const struct setting *s = &settings[i];
@@ -736,7 +765,8 @@ static void print_config(const struct reader *r)
     }
 }
 
-static enum config_wish conclude(const struct reader *r, int *status)
+static enum config_wish
+conclude(const struct reader *r, int *status)
 {
     if (r->wanted[ACTION_HELP] || r->wanted[ACTION_VERSION]) {
         if (r->wanted[ACTION_HELP])
@@ -757,8 +787,8 @@ static enum config_wish conclude(const struct reader *r, int *status)
                                                               : CONFIG_RUN;
 }
 
-enum config_wish config_read(int argc, char **argv, struct config *config,
-                             int *status)
+enum config_wish
+config_read(int argc, char **argv, struct config *config, int *status)
 {
     struct reader *r = calloc(1, sizeof *r);
     if (r == NULL) {

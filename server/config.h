@@ -33,7 +33,7 @@ enum config_wish { CONFIG_RUN, CONFIG_EXIT_OK, CONFIG_EXIT_BAD };
 /* Reads all sources; prints for --help, --version, --print-config and
  * --check-config. CONFIG_EXIT_BAD (exit status 3; 2 for usage in *status) after
  * naming every mistake on standard error. */
-enum config_wish config_read(int argc, char **argv, struct config *config,
-                             int *status);
+enum config_wish
+config_read(int argc, char **argv, struct config *config, int *status);
 
 #endif

@@ -40,7 +40,8 @@ struct house {
 
 /* store_change_fn. The blob of a deleted job goes with it; the pool decides,
  * for it alone knows which results are on their way to be published. */
-static void on_change(void *user, const struct job *job, bool deleted)
+static void
+on_change(void *user, const struct job *job, bool deleted)
 {
     struct house *house = user;
     api_on_change(house->api, job, deleted);
@@ -53,7 +54,8 @@ static void on_change(void *user, const struct job *job, bool deleted)
 
 /* SIGTERM, SIGINT and SIGHUP are waited for, in main; no thread that starts
  * later is interrupted by them. */
-static void block_signals(sigset_t *stop)
+static void
+block_signals(sigset_t *stop)
 {
     struct sigaction hup;
     sigemptyset(stop);
@@ -67,7 +69,8 @@ static void block_signals(sigset_t *stop)
 }
 
 /* Room for max_connections, or fewer connections. */
-static void fit_descriptors(struct config *config)
+static void
+fit_descriptors(struct config *config)
 {
     struct rlimit limit;
     if (getrlimit(RLIMIT_NOFILE, &limit) != 0)
@@ -93,7 +96,8 @@ static void fit_descriptors(struct config *config)
 }
 
 /* The folder and those above it. */
-static bool make_folder(const char *path, struct error *err)
+static bool
+make_folder(const char *path, struct error *err)
 {
     char part[1024];
     snprintf(part, sizeof part, "%s", path);
@@ -114,7 +118,8 @@ static bool make_folder(const char *path, struct error *err)
 
 /* --- start --- */
 
-static bool open_store(struct house *house, struct error *err)
+static bool
+open_store(struct house *house, struct error *err)
 {
     const struct config *config = &house->config;
     char path[1100];
@@ -131,7 +136,8 @@ static bool open_store(struct house *house, struct error *err)
     return house->blobs != NULL;
 }
 
-static bool start_api(struct house *house, struct error *err)
+static bool
+start_api(struct house *house, struct error *err)
 {
     const struct config *config = &house->config;
     struct api_options options = {
@@ -149,7 +155,8 @@ static bool start_api(struct house *house, struct error *err)
     return house->api != NULL;
 }
 
-static bool start_pool(struct house *house, struct error *err)
+static bool
+start_pool(struct house *house, struct error *err)
 {
     const struct config *config = &house->config;
     struct pool_options options = {
@@ -165,7 +172,8 @@ static bool start_pool(struct house *house, struct error *err)
     return atomic_load(&house->pool) != NULL;
 }
 
-static bool start_http(struct house *house, struct error *err)
+static bool
+start_http(struct house *house, struct error *err)
 {
     const struct config *config = &house->config;
     struct http_options options = {
@@ -188,7 +196,8 @@ static bool start_http(struct house *house, struct error *err)
 
 /* One screen. The address is the first thing an eye or a script looks for, and
  * it is true: the socket listens. */
-static void print_banner(const struct house *house)
+static void
+print_banner(const struct house *house)
 {
     const struct config *c = &house->config;
     bool six = strchr(c->host, ':') != NULL;
@@ -220,7 +229,8 @@ static void print_banner(const struct house *house)
 
 /* --- stop --- */
 
-static void leave_at_once(int signal_number)
+static void
+leave_at_once(int signal_number)
 {
     (void)signal_number;
     /* What was acknowledged is on the disk; what runs is queued again at the
@@ -228,7 +238,8 @@ static void leave_at_once(int signal_number)
     _exit(EXIT_SUCCESS);
 }
 
-static void let_second_signal_kill(const sigset_t *stop)
+static void
+let_second_signal_kill(const sigset_t *stop)
 {
     struct sigaction action = {.sa_handler = leave_at_once};
     for (int i = 1; i < NSIG; i++) {
@@ -240,7 +251,8 @@ static void let_second_signal_kill(const sigset_t *stop)
 
 /* While running jobs finish, HTTP still answers: whoever waits for one of them
  * gets it. Then the order of building, backwards. */
-static void close_house(struct house *house)
+static void
+close_house(struct house *house)
 {
     struct pool *pool = atomic_load(&house->pool);
     if (house->http != NULL)
@@ -260,7 +272,8 @@ static void close_house(struct house *house)
         api_free(house->api);
 }
 
-int main(int argc, char **argv)
+int
+main(int argc, char **argv)
 {
     static struct house house;
     int status;

@@ -92,8 +92,8 @@ read_all(struct bytes *bytes, int fd, const char *path, size_t limit,
         bytes->len += (size_t)n;
         bytes->data[bytes->len] = '\0';
         if (bytes->len > limit)
-            return error_set(err, ERROR_TOO_LARGE,
-                             "%s has more than %zu bytes", path, limit);
+            return error_set(err, ERROR_TOO_LARGE, "%s has more than %zu bytes",
+                             path, limit);
     }
     return true;
 }
@@ -128,8 +128,7 @@ write_all(int fd, const char *data, size_t len)
 }
 
 bool
-bytes_write_file(const struct bytes *bytes, const char *path,
-                 struct error *err)
+bytes_write_file(const struct bytes *bytes, const char *path, struct error *err)
 {
     if (strcmp(path, "-") == 0) {
         if (!write_all(STDOUT_FILENO, bytes->data, bytes->len))

@@ -86,7 +86,7 @@ enum error_code {
 #define X(code, name) code,
     ERROR_TABLE(X)
 #undef X
-    ERROR_CODE_COUNT
+        ERROR_CODE_COUNT
 };
 
 /* "number.too_small" and the way back; an unknown name gives ERROR_INTERNAL. */

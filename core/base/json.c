@@ -14,7 +14,8 @@ enum {
     DESCRIBE_CHARACTERS = 40
 };
 
-static bool no_memory(struct error_list *errors, size_t len)
+static bool
+no_memory(struct error_list *errors, size_t len)
 {
     return error_list_add(errors, ERROR_MEMORY, NULL, 0, 0, NULL, NULL,
                           "no memory to read a document of %zu bytes", len);
@@ -23,8 +24,8 @@ static bool no_memory(struct error_list *errors, size_t len)
 /* --- text -> tree ---------------------------------------------------------- */
 
 /* One node from cJSON's item and the scan's place; NULL without memory. */
-static struct json *node_new(const cJSON *item, const struct json_place *place,
-                             struct arena *arena)
+static struct json *
+node_new(const cJSON *item, const struct json_place *place, struct arena *arena)
 {
     struct json *node = arena_alloc(arena, sizeof *node);
     if (node == NULL)
@@ -64,8 +65,9 @@ static struct json *node_new(const cJSON *item, const struct json_place *place,
 
 /* Walk cJSON's tree and the places together: both are in document order, a
  * container before its content. The depth is limited, so recursion is. */
-static struct json *convert(const cJSON *item, const struct json_places *places,
-                            size_t *at, struct arena *arena)
+static struct json *
+convert(const cJSON *item, const struct json_places *places, size_t *at,
+        struct arena *arena)
 {
     MUST(*at < places->count);
     struct json *node = node_new(item, &places->items[(*at)++], arena);
@@ -84,9 +86,9 @@ static struct json *convert(const cJSON *item, const struct json_places *places,
     return node;
 }
 
-static const struct json *parse(const char *text, size_t len,
-                                const struct json_places *places,
-                                struct arena *arena, struct error_list *errors)
+static const struct json *
+parse(const char *text, size_t len, const struct json_places *places,
+      struct arena *arena, struct error_list *errors)
 {
     size_t at = 0;
     cJSON *item = cJSON_ParseWithLengthOpts(text, len, NULL, false);
@@ -103,9 +105,9 @@ static const struct json *parse(const char *text, size_t len,
     return root;
 }
 
-const struct json *json_read(const char *text, size_t len,
-                             const struct json_limits *limits,
-                             struct arena *arena, struct error_list *errors)
+const struct json *
+json_read(const char *text, size_t len, const struct json_limits *limits,
+          struct arena *arena, struct error_list *errors)
 {
     struct json_limits most =
         limits != NULL ? *limits : (struct json_limits){0};
@@ -136,7 +138,8 @@ const struct json *json_read(const char *text, size_t len,
 
 /* --- questions about a tree ------------------------------------------------ */
 
-const struct json *json_member(const struct json *object, const char *key)
+const struct json *
+json_member(const struct json *object, const char *key)
 {
     if (object == NULL || object->type != JSON_OBJECT)
         return NULL;
@@ -147,7 +150,8 @@ const struct json *json_member(const struct json *object, const char *key)
     return NULL;
 }
 
-static uint32_t index_of(const struct json *node)
+static uint32_t
+index_of(const struct json *node)
 {
     uint32_t index = 0;
     const struct json *n = node->parent->child;
@@ -158,7 +162,8 @@ static uint32_t index_of(const struct json *node)
     return index;
 }
 
-static void put_pointer(const struct json *node, struct bytes *out)
+static void
+put_pointer(const struct json *node, struct bytes *out)
 {
     if (node->parent == NULL)
         return;
@@ -178,7 +183,8 @@ static void put_pointer(const struct json *node, struct bytes *out)
     }
 }
 
-const char *json_pointer(const struct json *node, struct arena *arena)
+const char *
+json_pointer(const struct json *node, struct arena *arena)
 {
     struct bytes out = {0};
     bytes_append(&out, "", 0);
@@ -190,7 +196,8 @@ const char *json_pointer(const struct json *node, struct arena *arena)
     return pointer != NULL ? pointer : "";
 }
 
-const char *json_describe(const struct json *node, struct arena *arena)
+const char *
+json_describe(const struct json *node, struct arena *arena)
 {
     char number[NUMBER_SIZE];
     const char *text = NULL;
@@ -222,7 +229,8 @@ const char *json_describe(const struct json *node, struct arena *arena)
 enum { WORD_MAX = 64, DISTANCE_MAX = 2 };
 
 /* Levenshtein distance in bytes, or DISTANCE_MAX + 1 if it is more. */
-static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
+static size_t
+distance(const char *a, size_t a_len, const char *b, size_t b_len)
 {
     size_t row[WORD_MAX + 1];
     size_t gap = a_len > b_len ? a_len - b_len : b_len - a_len;
@@ -249,8 +257,8 @@ static size_t distance(const char *a, size_t a_len, const char *b, size_t b_len)
     return row[b_len];
 }
 
-const char *json_did_you_mean(const char *word, const char *const *names,
-                              size_t count)
+const char *
+json_did_you_mean(const char *word, const char *const *names, size_t count)
 {
     size_t len = strlen(word);
     size_t best = DISTANCE_MAX + 1;

@@ -32,22 +32,22 @@ enum json_type {
 
 struct json {
     enum json_type type;
-    const char *key;         /* member name, NULL in arrays and at the root */
+    const char *key; /* member name, NULL in arrays and at the root */
     uint32_t key_line, key_column;
-    uint32_t line, column;   /* of the value's first character */
-    size_t begin, end;       /* the value's bytes in the text read */
-    const char *string;      /* decoded, NUL-terminated; JSON_STRING only */
-    size_t string_len;       /* bytes */
-    double number;           /* finite; JSON_NUMBER only */
-    uint32_t count;          /* children */
+    uint32_t line, column; /* of the value's first character */
+    size_t begin, end;     /* the value's bytes in the text read */
+    const char *string;    /* decoded, NUL-terminated; JSON_STRING only */
+    size_t string_len;     /* bytes */
+    double number;         /* finite; JSON_NUMBER only */
+    uint32_t count;        /* children */
     const struct json *parent, *child, *next; /* document order */
 };
 
 /* Zero means the default in brackets. */
 struct json_limits {
-    size_t max_bytes;  /* [1 MiB] over it: ERROR_BUDGET_BYTES, no place */
+    size_t max_bytes;   /* [1 MiB] over it: ERROR_BUDGET_BYTES, no place */
     uint32_t max_depth; /* [32] over it: ERROR_JSON_DEPTH */
-    size_t max_values; /* [2^18] over it: ERROR_BUDGET_LIST */
+    size_t max_values;  /* [2^18] over it: ERROR_BUDGET_LIST */
 };
 
 /* Read a whole text. NULL on the first error, which is added to `errors` as

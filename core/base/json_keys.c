@@ -5,7 +5,8 @@
 
 #include "core/base/utf8.h"
 
-bool json_keys_add(struct json_keys *keys, const struct json_key *key)
+bool
+json_keys_add(struct json_keys *keys, const struct json_key *key)
 {
     if (keys->count == keys->capacity) {
         size_t capacity = keys->capacity == 0 ? 64 : keys->capacity * 2;
@@ -21,13 +22,15 @@ bool json_keys_add(struct json_keys *keys, const struct json_key *key)
     return true;
 }
 
-void json_keys_drop(struct json_keys *keys, size_t first)
+void
+json_keys_drop(struct json_keys *keys, size_t first)
 {
     while (keys->count > first)
         free(keys->items[--keys->count].decoded);
 }
 
-static int key_compare(const void *left, const void *right)
+static int
+key_compare(const void *left, const void *right)
 {
     const struct json_key *a = *(const struct json_key *const *)left;
     const struct json_key *b = *(const struct json_key *const *)right;
@@ -40,13 +43,15 @@ static int key_compare(const void *left, const void *right)
     return a->offset < b->offset ? -1 : 1; /* equal names: document order */
 }
 
-static bool same_name(const struct json_key *a, const struct json_key *b)
+static bool
+same_name(const struct json_key *a, const struct json_key *b)
 {
     return a->len == b->len && memcmp(a->text, b->text, a->len) == 0;
 }
 
 /* By name. Few: insertion; many: merge sort in glibc, so no input is slow. */
-static void sort(const struct json_key **sorted, size_t count)
+static void
+sort(const struct json_key **sorted, size_t count)
 {
     if (count > 8) {
         qsort(sorted, count, sizeof(const struct json_key *), key_compare);
@@ -62,9 +67,10 @@ static void sort(const struct json_key **sorted, size_t count)
     }
 }
 
-bool json_keys_duplicate(const struct json_keys *keys, size_t first, size_t end,
-                         const struct json_key **key,
-                         const struct json_key **original)
+bool
+json_keys_duplicate(const struct json_keys *keys, size_t first, size_t end,
+                    const struct json_key **key,
+                    const struct json_key **original)
 {
     const struct json_key *few[16], **sorted = few;
     size_t count = end - first;
@@ -91,7 +97,8 @@ bool json_keys_duplicate(const struct json_keys *keys, size_t first, size_t end,
     return true;
 }
 
-static int hex_value(char c)
+static int
+hex_value(char c)
 {
     if (c >= '0' && c <= '9')
         return c - '0';
@@ -102,7 +109,8 @@ static int hex_value(char c)
     return -1;
 }
 
-int32_t json_hex4(const char *text, size_t len, size_t at)
+int32_t
+json_hex4(const char *text, size_t len, size_t at)
 {
     int32_t value = 0;
     if (len < at + 4)
@@ -116,7 +124,8 @@ int32_t json_hex4(const char *text, size_t len, size_t at)
     return value;
 }
 
-char *json_key_decode(const char *text, size_t begin, size_t end, uint32_t *len)
+char *
+json_key_decode(const char *text, size_t begin, size_t end, uint32_t *len)
 {
     static const char from[] = "bfnrt", to[] = "\b\f\n\r\t";
     char *out = malloc(end - begin + 1);
@@ -145,7 +154,8 @@ char *json_key_decode(const char *text, size_t begin, size_t end, uint32_t *len)
     return out;
 }
 
-void json_key_token(const struct json_key *key, struct bytes *out)
+void
+json_key_token(const struct json_key *key, struct bytes *out)
 {
     for (uint32_t i = 0; i < key->len; i++) {
         if (key->text[i] == '~')

@@ -24,27 +24,32 @@ struct json_keys {
 };
 
 /* Takes key->decoded over, also when memory ends and it returns false. */
-bool json_keys_add(struct json_keys *keys, const struct json_key *key);
+bool
+json_keys_add(struct json_keys *keys, const struct json_key *key);
 
 /* Forget all from `first` on. */
-void json_keys_drop(struct json_keys *keys, size_t first);
+void
+json_keys_drop(struct json_keys *keys, size_t first);
 
 /* In keys [first, end): *key is the earliest that repeats another one, which is
  * *original; NULL if all differ. Sorts, so n log n whatever the names are.
  * False without memory. */
-bool json_keys_duplicate(const struct json_keys *keys, size_t first, size_t end,
-                         const struct json_key **key,
-                         const struct json_key **original);
+bool
+json_keys_duplicate(const struct json_keys *keys, size_t first, size_t end,
+                    const struct json_key **key,
+                    const struct json_key **original);
 
 /* The name in text[begin, end), which a scan has checked, without its quotes
  * and with its escapes resolved: heap, `*len` bytes; NULL without memory. */
-char *json_key_decode(const char *text, size_t begin, size_t end,
-                      uint32_t *len);
+char *
+json_key_decode(const char *text, size_t begin, size_t end, uint32_t *len);
 
 /* The name as a token of a JSON pointer (RFC 6901). */
-void json_key_token(const struct json_key *key, struct bytes *out);
+void
+json_key_token(const struct json_key *key, struct bytes *out);
 
 /* Four hexadecimal digits at text[at], or -1. */
-int32_t json_hex4(const char *text, size_t len, size_t at);
+int32_t
+json_hex4(const char *text, size_t len, size_t at);
 
 #endif

@@ -34,19 +34,22 @@ struct scan {
     bool failed;
 };
 
-void json_places_clear(struct json_places *places)
+void
+json_places_clear(struct json_places *places)
 {
     free(places->items);
     *places = (struct json_places){0};
 }
 
-static uint32_t column_of(const struct scan *s)
+static uint32_t
+column_of(const struct scan *s)
 {
     return (uint32_t)(s->at - s->line_start - s->continuation + 1);
 }
 
 /* Room for one more in a growing heap array. */
-static bool grow(void **items, size_t count, size_t *capacity, size_t size)
+static bool
+grow(void **items, size_t count, size_t *capacity, size_t size)
 {
     if (count < *capacity)
         return true;
@@ -59,7 +62,8 @@ static bool grow(void **items, size_t count, size_t *capacity, size_t size)
     return true;
 }
 
-static bool no_memory(struct scan *s)
+static bool
+no_memory(struct scan *s)
 {
     s->failed = true;
     error_list_add(s->errors, ERROR_MEMORY, NULL, 0, 0, NULL, NULL,
@@ -71,8 +75,9 @@ static bool no_memory(struct scan *s)
 
 /* The pointer of the value under way at `depth` open levels; `last` replaces
  * the innermost name. */
-static void pointer_here(const struct scan *s, uint32_t depth,
-                         const struct json_key *last, struct bytes *out)
+static void
+pointer_here(const struct scan *s, uint32_t depth, const struct json_key *last,
+             struct bytes *out)
 {
     for (uint32_t d = 0; d < depth; d++) {
         const struct level *level = &s->levels[d];
@@ -88,9 +93,9 @@ static void pointer_here(const struct scan *s, uint32_t depth,
     }
 }
 
-static bool report_duplicate(struct scan *s, uint32_t depth,
-                             const struct json_key *key,
-                             const struct json_key *original)
+static bool
+report_duplicate(struct scan *s, uint32_t depth, const struct json_key *key,
+                 const struct json_key *original)
 {
     struct bytes pointer = {0};
     pointer_here(s, depth, key, &pointer);
@@ -107,7 +112,8 @@ static bool report_duplicate(struct scan *s, uint32_t depth,
 
 /* The earliest duplicate of all open objects, outermost first (an outer one
  * is never later than what it holds). True if it was reported. */
-static bool reported_duplicate(struct scan *s)
+static bool
+reported_duplicate(struct scan *s)
 {
     for (uint32_t d = 0; d < s->depth; d++) {
         const struct json_key *key, *original;
@@ -127,8 +133,9 @@ static bool reported_duplicate(struct scan *s)
 }
 
 /* Everything but a duplicate: a duplicate that stands before it wins. */
-static bool fail_hint(struct scan *s, enum error_code code, const char *pointer,
-                      const char *hint, const char *detail)
+static bool
+fail_hint(struct scan *s, enum error_code code, const char *pointer,
+          const char *hint, const char *detail)
 {
     if (s->failed || reported_duplicate(s))
         return false;
@@ -137,18 +144,21 @@ static bool fail_hint(struct scan *s, enum error_code code, const char *pointer,
                           NULL, "%s", detail);
 }
 
-static bool fail(struct scan *s, enum error_code code, const char *detail)
+static bool
+fail(struct scan *s, enum error_code code, const char *detail)
 {
     return fail_hint(s, code, NULL, NULL, detail);
 }
 
-static const char *or_text(const char *text, const char *other)
+static const char *
+or_text(const char *text, const char *other)
 {
     return text != NULL ? text : other;
 }
 
 /* "expected a value, found `]` after a comma" */
-static bool unexpected(struct scan *s, const char *expected, const char *after)
+static bool
+unexpected(struct scan *s, const char *expected, const char *after)
 {
     const char *hint = NULL;
     char found[24];
@@ -189,7 +199,8 @@ static bool unexpected(struct scan *s, const char *expected, const char *after)
 
 /* --- tokens ---------------------------------------------------------------- */
 
-static void skip_space(struct scan *s)
+static void
+skip_space(struct scan *s)
 {
     while (s->at < s->len) {
         char c = s->text[s->at];
@@ -205,18 +216,21 @@ static void skip_space(struct scan *s)
     }
 }
 
-static bool at(const struct scan *s, char c)
+static bool
+at(const struct scan *s, char c)
 {
     return s->at < s->len && s->text[s->at] == c;
 }
 
-static bool at_digit(const struct scan *s)
+static bool
+at_digit(const struct scan *s)
 {
     return s->at < s->len && s->text[s->at] >= '0' && s->text[s->at] <= '9';
 }
 
 /* A \u escape: one code point, from one or two escapes; moves past it. */
-static bool scan_unicode(struct scan *s)
+static bool
+scan_unicode(struct scan *s)
 {
     int32_t unit = json_hex4(s->text, s->len, s->at + 2);
     if (unit < 0)
@@ -240,7 +254,8 @@ static bool scan_unicode(struct scan *s)
 }
 
 /* From the opening quote to behind the closing one. */
-static bool scan_string(struct scan *s, bool *escaped)
+static bool
+scan_string(struct scan *s, bool *escaped)
 {
     *escaped = false;
     s->at++;
@@ -280,7 +295,8 @@ static bool scan_string(struct scan *s, bool *escaped)
     }
 }
 
-static bool scan_digits(struct scan *s)
+static bool
+scan_digits(struct scan *s)
 {
     if (!at_digit(s))
         return unexpected(s, "a digit", "");
@@ -289,7 +305,8 @@ static bool scan_digits(struct scan *s)
     return true;
 }
 
-static bool number_in_range(struct scan *s, size_t begin, bool has_exponent)
+static bool
+number_in_range(struct scan *s, size_t begin, bool has_exponent)
 {
     char copy[NUMBER_CHARACTERS + 1];
     const char *wrong = NULL;
@@ -317,7 +334,8 @@ static bool number_in_range(struct scan *s, size_t begin, bool has_exponent)
     return false;
 }
 
-static bool scan_number(struct scan *s)
+static bool
+scan_number(struct scan *s)
 {
     size_t begin = s->at;
     bool has_exponent = false;
@@ -347,7 +365,8 @@ static bool scan_number(struct scan *s)
     return number_in_range(s, begin, has_exponent);
 }
 
-static bool scan_word(struct scan *s, const char *word, const char *after)
+static bool
+scan_word(struct scan *s, const char *word, const char *after)
 {
     size_t len = strlen(word);
     if (s->len - s->at < len || memcmp(s->text + s->at, word, len) != 0)
@@ -359,7 +378,8 @@ static bool scan_word(struct scan *s, const char *word, const char *after)
 /* --- structure ------------------------------------------------------------- */
 
 /* `"name" :`; leaves the key on top of the keys. */
-static bool scan_key(struct scan *s, const char *after)
+static bool
+scan_key(struct scan *s, const char *after)
 {
     skip_space(s);
     struct json_key key = {
@@ -387,7 +407,8 @@ static bool scan_key(struct scan *s, const char *after)
     return true;
 }
 
-static bool open_level(struct scan *s, bool is_object)
+static bool
+open_level(struct scan *s, bool is_object)
 {
     if (s->depth == s->limits->max_depth)
         return fail(s, ERROR_JSON_DEPTH,
@@ -404,7 +425,8 @@ static bool open_level(struct scan *s, bool is_object)
     return true;
 }
 
-static bool close_level(struct scan *s)
+static bool
+close_level(struct scan *s)
 {
     struct level *level = &s->levels[s->depth - 1];
     if (level->is_object) {
@@ -424,7 +446,8 @@ static bool close_level(struct scan *s)
     return true;
 }
 
-static bool new_place(struct scan *s)
+static bool
+new_place(struct scan *s)
 {
     struct json_places *places = s->places;
     if (places->count == s->limits->max_values)
@@ -449,7 +472,8 @@ static bool new_place(struct scan *s)
 
 /* A value up to its end, or, for an array or object that holds something, up
  * to the first thing in it; then *inside is true. */
-static bool scan_value(struct scan *s, const char *after, bool *inside)
+static bool
+scan_value(struct scan *s, const char *after, bool *inside)
 {
     bool escaped, ok;
     *inside = false;
@@ -485,7 +509,8 @@ static bool scan_value(struct scan *s, const char *after, bool *inside)
 
 /* What follows a value: commas lead on, brackets close. True with *more set to
  * whether another value follows. */
-static bool scan_after(struct scan *s, bool *more)
+static bool
+scan_after(struct scan *s, bool *more)
 {
     while (s->depth > 0) {
         struct level *level = &s->levels[s->depth - 1];
@@ -506,7 +531,8 @@ static bool scan_after(struct scan *s, bool *more)
     return true;
 }
 
-static bool scan_document(struct scan *s)
+static bool
+scan_document(struct scan *s)
 {
     const char *after = "";
     bool more = true;
@@ -534,8 +560,9 @@ static bool scan_document(struct scan *s)
     return true;
 }
 
-bool json_scan(const char *text, size_t len, const struct json_limits *limits,
-               struct json_places *places, struct error_list *errors)
+bool
+json_scan(const char *text, size_t len, const struct json_limits *limits,
+          struct json_places *places, struct error_list *errors)
 {
     struct scan s = {.text = text,
                      .len = len,

@@ -22,9 +22,11 @@ struct json_places {
 };
 
 /* False after the first error was added. `limits` has no zeros. */
-bool json_scan(const char *text, size_t len, const struct json_limits *limits,
-               struct json_places *places, struct error_list *errors);
+bool
+json_scan(const char *text, size_t len, const struct json_limits *limits,
+          struct json_places *places, struct error_list *errors);
 
-void json_places_clear(struct json_places *places);
+void
+json_places_clear(struct json_places *places);
 
 #endif

@@ -7,7 +7,8 @@
 #include "core/base/number.h"
 #include "core/base/utf8.h"
 
-static void put_text(struct bytes *out, const char *text, size_t len)
+static void
+put_text(struct bytes *out, const char *text, size_t len)
 {
     static const char hex[] = "0123456789abcdef";
     bytes_append(out, "\"", 1);
@@ -40,7 +41,8 @@ static void put_text(struct bytes *out, const char *text, size_t len)
 }
 
 /* The comma before a member, and its name. */
-static void begin_value(struct json_writer *w, const char *key)
+static void
+begin_value(struct json_writer *w, const char *key)
 {
     uint64_t level = UINT64_C(1) << w->depth;
     if (w->started & level)
@@ -52,8 +54,8 @@ static void begin_value(struct json_writer *w, const char *key)
     }
 }
 
-static void begin_level(struct json_writer *w, const char *key,
-                        const char *bracket)
+static void
+begin_level(struct json_writer *w, const char *key, const char *bracket)
 {
     begin_value(w, key);
     MUST(w->depth < 62);
@@ -62,77 +64,90 @@ static void begin_level(struct json_writer *w, const char *key,
     bytes_append(w->out, bracket, 1);
 }
 
-static void end_level(struct json_writer *w, const char *bracket)
+static void
+end_level(struct json_writer *w, const char *bracket)
 {
     MUST(w->depth > 0);
     w->depth--;
     bytes_append(w->out, bracket, 1);
 }
 
-void json_begin_object(struct json_writer *w, const char *key)
+void
+json_begin_object(struct json_writer *w, const char *key)
 {
     begin_level(w, key, "{");
 }
 
-void json_end_object(struct json_writer *w)
+void
+json_end_object(struct json_writer *w)
 {
     end_level(w, "}");
 }
 
-void json_begin_array(struct json_writer *w, const char *key)
+void
+json_begin_array(struct json_writer *w, const char *key)
 {
     begin_level(w, key, "[");
 }
 
-void json_end_array(struct json_writer *w)
+void
+json_end_array(struct json_writer *w)
 {
     end_level(w, "]");
 }
 
-void json_put_string(struct json_writer *w, const char *key, const char *text)
+void
+json_put_string(struct json_writer *w, const char *key, const char *text)
 {
     json_put_stringn(w, key, text, strlen(text));
 }
 
-void json_put_stringn(struct json_writer *w, const char *key, const char *text,
-                      size_t len)
+void
+json_put_stringn(struct json_writer *w, const char *key, const char *text,
+                 size_t len)
 {
     begin_value(w, key);
     put_text(w->out, text, len);
 }
 
-void json_put_number(struct json_writer *w, const char *key, double number)
+void
+json_put_number(struct json_writer *w, const char *key, double number)
 {
     char text[NUMBER_SIZE];
     size_t len = number_text(number, text);
     json_put_raw(w, key, text, len);
 }
 
-void json_put_integer(struct json_writer *w, const char *key, int64_t number)
+void
+json_put_integer(struct json_writer *w, const char *key, int64_t number)
 {
     begin_value(w, key);
     bytes_printf(w->out, "%lld", (long long)number);
 }
 
-void json_put_bool(struct json_writer *w, const char *key, bool value)
+void
+json_put_bool(struct json_writer *w, const char *key, bool value)
 {
     json_put_raw(w, key, value ? "true" : "false", value ? 4 : 5);
 }
 
-void json_put_null(struct json_writer *w, const char *key)
+void
+json_put_null(struct json_writer *w, const char *key)
 {
     json_put_raw(w, key, "null", 4);
 }
 
-void json_put_raw(struct json_writer *w, const char *key, const char *json,
-                  size_t len)
+void
+json_put_raw(struct json_writer *w, const char *key, const char *json,
+             size_t len)
 {
     begin_value(w, key);
     bytes_append(w->out, json, len);
 }
 
-void json_put_string_or_null(struct json_writer *w, const char *key,
-                             const char *text)
+void
+json_put_string_or_null(struct json_writer *w, const char *key,
+                        const char *text)
 {
     if (text == NULL)
         json_put_null(w, key);

@@ -7,7 +7,8 @@
 #include <string.h>
 
 /* "1e-07" -> "1e-7", "1e+20" -> "1e20": printf pads exponents, JSON need not. */
-static size_t trim_exponent(char *text)
+static size_t
+trim_exponent(char *text)
 {
     char *e = strchr(text, 'e');
     if (e == NULL)
@@ -24,13 +25,15 @@ static size_t trim_exponent(char *text)
     return strlen(text);
 }
 
-static bool reads_back(const char *text, double number)
+static bool
+reads_back(const char *text, double number)
 {
     return strtod(text, NULL) == number;
 }
 
 /* Whole numbers below 1e15 are exact and by far the commonest. */
-static size_t whole_text(int64_t whole, char text[NUMBER_SIZE])
+static size_t
+whole_text(int64_t whole, char text[NUMBER_SIZE])
 {
     char reversed[NUMBER_SIZE];
     size_t len = 0, at = 0;
@@ -47,7 +50,8 @@ static size_t whole_text(int64_t whole, char text[NUMBER_SIZE])
     return at;
 }
 
-static bool is_power_of_two(double number)
+static bool
+is_power_of_two(double number)
 {
     uint64_t bits;
     memcpy(&bits, &number, sizeof bits);
@@ -57,7 +61,8 @@ static bool is_power_of_two(double number)
 /* Above a power of two the doubles lie twice as far apart as below it: the
  * nearest 16 digits may fall short while the next ones, farther from zero,
  * still read back. */
-static bool next_sixteen(double number, char text[NUMBER_SIZE])
+static bool
+next_sixteen(double number, char text[NUMBER_SIZE])
 {
     snprintf(text, NUMBER_SIZE, "%.15e", number);
     char *digit = strchr(text, 'e') - 1;
@@ -72,7 +77,8 @@ static bool next_sixteen(double number, char text[NUMBER_SIZE])
     return reads_back(text, number);
 }
 
-size_t number_text(double number, char text[NUMBER_SIZE])
+size_t
+number_text(double number, char text[NUMBER_SIZE])
 {
     if (number == 0) {
         memcpy(text, "0", 2);

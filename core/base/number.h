@@ -7,9 +7,7 @@
 
 #include <stddef.h>
 
-enum {
-    NUMBER_SIZE = 32
-};
+enum { NUMBER_SIZE = 32 };
 
 /* Returns the length without the NUL. */
 size_t

@@ -1,6 +1,7 @@
 #include "core/base/utf8.h"
 
-size_t utf8_length(const char *text, size_t len)
+size_t
+utf8_length(const char *text, size_t len)
 {
     const unsigned char *s = (const unsigned char *)text;
     if (len == 0)
@@ -24,7 +25,8 @@ size_t utf8_length(const char *text, size_t len)
     return n;
 }
 
-size_t utf8_put(uint32_t c, char text[4])
+size_t
+utf8_put(uint32_t c, char text[4])
 {
     if (c < 0x80) {
         text[0] = (char)c;
@@ -48,7 +50,8 @@ size_t utf8_put(uint32_t c, char text[4])
     return 4;
 }
 
-size_t utf8_count(const char *text, size_t len)
+size_t
+utf8_count(const char *text, size_t len)
 {
     size_t count = 0;
     for (size_t i = 0; i < len; i++)

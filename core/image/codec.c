@@ -19,7 +19,8 @@ static char module_error[256];
 
 /* Where the module may lie, best first. A path that GLINT_IMAGE_MODULE names
  * is the only one tried. */
-static bool module_path(unsigned attempt, char path[PATH_MAX])
+static bool
+module_path(unsigned attempt, char path[PATH_MAX])
 {
     const char *named = getenv("GLINT_IMAGE_MODULE");
     if (named != NULL && named[0] != '\0')
@@ -48,7 +49,8 @@ static bool module_path(unsigned attempt, char path[PATH_MAX])
     return true;
 }
 
-static image_module_encode_fn module_open(char *why, size_t why_size)
+static image_module_encode_fn
+module_open(char *why, size_t why_size)
 {
     char path[PATH_MAX];
     snprintf(why, why_size, "%s was not found", IMAGE_MODULE_FILE);
@@ -70,7 +72,8 @@ static image_module_encode_fn module_open(char *why, size_t why_size)
     return NULL;
 }
 
-static void *load(void *nothing)
+static void *
+load(void *nothing)
 {
     char why[sizeof module_error] = "";
     image_module_encode_fn encode = module_open(why, sizeof why);
@@ -85,7 +88,8 @@ static void *load(void *nothing)
 
 /* The library's many static constructors and lazy binding want more stack than
  * a thread that only waits; the default is enough. */
-static bool start_thread(void)
+static bool
+start_thread(void)
 {
     pthread_attr_t attributes;
     pthread_t thread;
@@ -97,7 +101,8 @@ static bool start_thread(void)
     return started;
 }
 
-void image_codec_load(void)
+void
+image_codec_load(void)
 {
     pthread_mutex_lock(&module_lock);
     bool first = module_state == ABSENT;
@@ -108,7 +113,8 @@ void image_codec_load(void)
         load(NULL); /* no thread to be had: then here and now */
 }
 
-bool image_codec_settled(void)
+bool
+image_codec_settled(void)
 {
     pthread_mutex_lock(&module_lock);
     bool settled = module_state == LOADED || module_state == REFUSED;
@@ -117,7 +123,8 @@ bool image_codec_settled(void)
 }
 
 /* The module's encode, once loaded. */
-static image_module_encode_fn wait_for_module(struct error *err)
+static image_module_encode_fn
+wait_for_module(struct error *err)
 {
     image_codec_load();
     pthread_mutex_lock(&module_lock);
@@ -132,8 +139,9 @@ static image_module_encode_fn wait_for_module(struct error *err)
 }
 
 /* Which samples a format can hold. */
-static bool image_check(const struct image *image, enum image_format format,
-                        struct error *err)
+static bool
+image_check(const struct image *image, enum image_format format,
+            struct error *err)
 {
     bool whole = image->sample == IMAGE_UINT8 || image->sample == IMAGE_UINT16;
     if (image->width == 0 || image->height == 0 || image->data == NULL)
@@ -154,8 +162,9 @@ static bool image_check(const struct image *image, enum image_format format,
     return true;
 }
 
-bool image_encode(const struct image *image, enum image_format format,
-                  struct bytes *out, struct error *err)
+bool
+image_encode(const struct image *image, enum image_format format,
+             struct bytes *out, struct error *err)
 {
     if (!image_check(image, format, err))
         return false;

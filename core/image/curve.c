@@ -6,7 +6,8 @@
 /* Cube root of 2^-13 ... 1. The exponent divided by three is a guess within
  * 6 %; each step of Halley's method triples the digits: 5 %, 1e-4, 1e-12,
  * then rounding only. */
-static double cube_root(double v)
+static double
+cube_root(double v)
 {
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits);
@@ -20,7 +21,8 @@ static double cube_root(double v)
     return r;
 }
 
-double curve_srgb(double linear)
+double
+curve_srgb(double linear)
 {
     if (linear <= 0.0031308)
         return 12.92 * linear;
@@ -30,7 +32,8 @@ double curve_srgb(double linear)
 }
 
 /* The least float whose byte is k or more: the curve rises, so halve. */
-static float edge_of(int k, float low, float high)
+static float
+edge_of(int k, float low, float high)
 {
     uint32_t a, b;
     memcpy(&a, &low, sizeof a);
@@ -49,7 +52,8 @@ static float edge_of(int k, float low, float high)
     return edge;
 }
 
-void curve8_init(struct curve8 *table)
+void
+curve8_init(struct curve8 *table)
 {
     table->edges[0] = 0;
     for (int k = 1; k < 256; k++)

@@ -8,7 +8,8 @@
 
 /* Linear 0...1 -> encoded 0...1: 12.92 v up to 0.0031308, then
  * 1.055 v^(1/2.4) - 0.055. Relative error below 1e-15. */
-double curve_srgb(double linear);
+double
+curve_srgb(double linear);
 
 /* A table that gives floor(255 curve_srgb(v) + 1/2) for any float v in 0...1
  * without computing the curve: equal to the formula for every float. */
@@ -20,10 +21,12 @@ struct curve8 {
     uint8_t first[CURVE_BINS]; /* the value at the beginning of each bin */
 };
 
-void curve8_init(struct curve8 *table);
+void
+curve8_init(struct curve8 *table);
 
 /* `linear` must be in 0...1. */
-static inline uint8_t curve8_value(const struct curve8 *table, float linear)
+static inline uint8_t
+curve8_value(const struct curve8 *table, float linear)
 {
     union {
         float value;

@@ -8,12 +8,14 @@
 #include "core/base/json_write.h"
 #include "core/image/curve.h"
 
-enum image_format develop_format(const struct output *output)
+enum image_format
+develop_format(const struct output *output)
 {
     return output->format == OUTPUT_EXR ? IMAGE_EXR : IMAGE_PNG;
 }
 
-static enum image_sample sample_of(enum bit_depth depth)
+static enum image_sample
+sample_of(enum bit_depth depth)
 {
     static const enum image_sample samples[] = {
         [DEPTH_UINT8] = IMAGE_UINT8,
@@ -25,7 +27,8 @@ static enum image_sample sample_of(enum bit_depth depth)
 }
 
 /* The last part of a channel's name, by the kind of its layer. */
-static const char *suffix(const char *kind, unsigned channel)
+static const char *
+suffix(const char *kind, unsigned channel)
 {
     static const char *const color[] = {"R", "G", "B"};
     static const char *const vector[] = {"X", "Y", "Z"};
@@ -35,8 +38,8 @@ static const char *suffix(const char *kind, unsigned channel)
 }
 
 /* "R" for beauty, "normal.X" for the rest. */
-static void channel_name(enum layer layer, unsigned channel,
-                         char name[IMAGE_NAME_SIZE])
+static void
+channel_name(enum layer layer, unsigned channel, char name[IMAGE_NAME_SIZE])
 {
     const char *last = suffix(layer_kind(layer), channel);
     if (layer == LAYER_BEAUTY)
@@ -46,8 +49,9 @@ static void channel_name(enum layer layer, unsigned channel,
 }
 
 /* What the file says about itself: which channels make which layer. */
-static bool write_manifest(const struct output *output, struct image *image,
-                           struct error *err)
+static bool
+write_manifest(const struct output *output, struct image *image,
+               struct error *err)
 {
     struct bytes text = {0};
     struct json_writer w = {.out = &text};
@@ -81,26 +85,29 @@ static bool write_manifest(const struct output *output, struct image *image,
 }
 
 /* 0...1, and 0 for NaN: the comparison is false for it. */
-static float clamp(float v)
+static float
+clamp(float v)
 {
     return v > 0 ? (v < 1 ? v : 1) : 0;
 }
 
 /* floor(levels v + 1/2), v in 0...1: whole numbers that float holds exactly.
  * In double, for levels * v + 1/2 must not round up across a whole number. */
-static float quantise(double levels, double v)
+static float
+quantise(double levels, double v)
 {
     return (float)(uint32_t)(levels * v + 0.5);
 }
 
-static void put_linear(const float *from, size_t count, double levels,
-                       float *to)
+static void
+put_linear(const float *from, size_t count, double levels, float *to)
 {
     for (size_t i = 0; i < count; i++)
         to[i] = quantise(levels, (double)clamp(from[i]));
 }
 
-static void put_srgb8(const float *from, size_t count, float *to)
+static void
+put_srgb8(const float *from, size_t count, float *to)
 {
     struct curve8 table;
     curve8_init(&table);
@@ -108,23 +115,24 @@ static void put_srgb8(const float *from, size_t count, float *to)
         to[i] = curve8_value(&table, clamp(from[i]));
 }
 
-static void put_srgb16(const float *from, size_t count, float *to)
+static void
+put_srgb16(const float *from, size_t count, float *to)
 {
     for (size_t i = 0; i < count; i++)
         to[i] = quantise(65535, curve_srgb((double)clamp(from[i])));
 }
 
 /* n/2 + 1/2: -1...1 becomes 0...1. A miss has no normal, and is grey. */
-static void put_normal(const float *from, size_t count, double levels,
-                       float *to)
+static void
+put_normal(const float *from, size_t count, double levels, float *to)
 {
     for (size_t i = 0; i < count; i++)
         to[i] = quantise(levels, (double)clamp(0.5F * from[i] + 0.5F));
 }
 
 /* Scaled so that the largest finite value is 1; what is infinite is a miss. */
-static void put_scaled(const float *from, size_t count, double levels,
-                       float *to)
+static void
+put_scaled(const float *from, size_t count, double levels, float *to)
 {
     float largest = 0;
     for (size_t i = 0; i < count; i++) {
@@ -138,8 +146,9 @@ static void put_scaled(const float *from, size_t count, double levels,
 }
 
 /* One layer as whole numbers. Data is never put through the colour curve. */
-static void develop_png(const struct film *film, const struct output *output,
-                        struct image *image)
+static void
+develop_png(const struct film *film, const struct output *output,
+            struct image *image)
 {
     enum layer layer = output->layers[0];
     const float *from = film->layers[layer];
@@ -163,8 +172,9 @@ static void develop_png(const struct film *film, const struct output *output,
 }
 
 /* All layers side by side, as they are. */
-static void develop_exr(const struct film *film, const struct output *output,
-                        struct image *image)
+static void
+develop_exr(const struct film *film, const struct output *output,
+            struct image *image)
 {
     size_t pixels = (size_t)image->width * image->height;
     uint32_t at = 0;
@@ -183,8 +193,9 @@ static void develop_exr(const struct film *film, const struct output *output,
 }
 
 /* Names, counts and memory; the data is left to the two above. */
-static bool image_shape(const struct film *film, const struct output *output,
-                        struct image *image, struct error *err)
+static bool
+image_shape(const struct film *film, const struct output *output,
+            struct image *image, struct error *err)
 {
     image->width = film->width;
     image->height = film->height;
@@ -215,8 +226,9 @@ static bool image_shape(const struct film *film, const struct output *output,
     return true;
 }
 
-bool develop(const struct film *film, const struct output *output,
-             struct image *image, struct error *err)
+bool
+develop(const struct film *film, const struct output *output,
+        struct image *image, struct error *err)
 {
     *image = (struct image){0};
     bool png = output->format == OUTPUT_PNG;

@@ -12,9 +12,11 @@
 #include "core/trace/film.h"
 
 /* ERROR_LAYER_UNKNOWN if the film lacks a layer asked for. */
-bool develop(const struct film *film, const struct output *output,
-             struct image *image, struct error *err);
+bool
+develop(const struct film *film, const struct output *output,
+        struct image *image, struct error *err);
 
-enum image_format develop_format(const struct output *output);
+enum image_format
+develop_format(const struct output *output);
 
 #endif

@@ -2,7 +2,8 @@
 
 #include <stdlib.h>
 
-void image_clear(struct image *image)
+void
+image_clear(struct image *image)
 {
     free(image->data);
     *image = (struct image){0};

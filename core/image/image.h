@@ -38,19 +38,23 @@ struct image {
     char manifest[512]; /* EXR header attribute glint:layers, or "" */
 };
 
-void image_clear(struct image *image);
+void
+image_clear(struct image *image);
 
 /* Start loading the codecs on a thread of its own; returns at once, harmless
  * when repeated. */
-void image_codec_load(void);
+void
+image_codec_load(void);
 
 /* True once the load has ended, well or not; does not wait. Any thread. */
-bool image_codec_settled(void);
+bool
+image_codec_settled(void);
 
 /* image -> file bytes, in memory, appended to `out`. The same image gives the
  * same bytes, run to run. ERROR_INTERNAL names the codec's complaint. */
-bool image_encode(const struct image *image, enum image_format format,
-                  struct bytes *out, struct error *err);
+bool
+image_encode(const struct image *image, enum image_format format,
+             struct bytes *out, struct error *err);
 
 #ifdef __cplusplus
 }

@@ -24,7 +24,8 @@ constexpr int png_filter = 0x10;
 
 // Before the first file: no threads but ours, so the same picture costs the
 // same, and a sandbox need not let the library start any.
-void settle()
+void
+settle()
 {
     static const bool once = [] {
         OIIO::attribute("threads", 1);
@@ -39,7 +40,8 @@ struct kind {
     OIIO::TypeDesc sample;
 };
 
-kind kind_of(const struct image *image, enum image_format format)
+kind
+kind_of(const struct image *image, enum image_format format)
 {
     const char *name = format == IMAGE_PNG ? "png" : "exr";
     switch (image->sample) {
@@ -53,8 +55,9 @@ kind kind_of(const struct image *image, enum image_format format)
 
 // Everything that ends up in the header is said here; what is not said, the
 // library would take from the clock (DateTime) or from its own version.
-OIIO::ImageSpec spec_of(const struct image *image, enum image_format format,
-                        OIIO::TypeDesc sample)
+OIIO::ImageSpec
+spec_of(const struct image *image, enum image_format format,
+        OIIO::TypeDesc sample)
 {
     OIIO::ImageSpec spec(int(image->width), int(image->height),
                          int(image->channel_count), sample);
@@ -82,7 +85,9 @@ OIIO::ImageSpec spec_of(const struct image *image, enum image_format format,
 }
 
 // Whole numbers 0...255 or 0...65535 as develop left them: no rounding here.
-template <typename T> std::vector<T> narrow(const struct image *image)
+template <typename T>
+std::vector<T>
+narrow(const struct image *image)
 {
     size_t count = size_t(image->width) * image->height * image->channel_count;
     std::vector<T> samples(count);
@@ -91,7 +96,8 @@ template <typename T> std::vector<T> narrow(const struct image *image)
     return samples;
 }
 
-bool write_samples(OIIO::ImageOutput &file, const struct image *image)
+bool
+write_samples(OIIO::ImageOutput &file, const struct image *image)
 {
     switch (image->sample) {
     case IMAGE_UINT8:
@@ -104,8 +110,9 @@ bool write_samples(OIIO::ImageOutput &file, const struct image *image)
     }
 }
 
-bool encode(const struct image *image, enum image_format format,
-            struct bytes *out, struct error *err)
+bool
+encode(const struct image *image, enum image_format format, struct bytes *out,
+       struct error *err)
 {
     settle();
     kind k = kind_of(image, format);

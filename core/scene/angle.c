@@ -4,7 +4,8 @@
 
 /* Taylor series about 0; for |x| <= pi/4 the first term left out is below
  * 1e-19. */
-static double sine_near_zero(double x)
+static double
+sine_near_zero(double x)
 {
     double s = x * x;
     double p = 1.0 / 355687428096000.0; /* 1/17! */
@@ -18,7 +19,8 @@ static double sine_near_zero(double x)
     return x + x * s * p;
 }
 
-static double cosine_near_zero(double x)
+static double
+cosine_near_zero(double x)
 {
     double s = x * x;
     double p = -1.0 / 6402373705728000.0; /* 1/18! */
@@ -32,7 +34,8 @@ static double cosine_near_zero(double x)
     return 1.0 - (s * 0.5 - s * s * p);
 }
 
-void angle_sin_cos(double degrees, double *sine, double *cosine)
+void
+angle_sin_cos(double degrees, double *sine, double *cosine)
 {
     /* The nearest multiple of a right angle; the rest is exact. */
     double turns = degrees / 90.0;

@@ -6,6 +6,7 @@
 #ifndef CORE_SCENE_ANGLE_H
 #define CORE_SCENE_ANGLE_H
 
-void angle_sin_cos(double degrees, double *sine, double *cosine);
+void
+angle_sin_cos(double degrees, double *sine, double *cosine);
 
 #endif

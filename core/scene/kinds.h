@@ -134,16 +134,18 @@ extern const struct kind kind_step; /* one step of a transform */
 enum { OBJECT_GROUP = 100 };
 
 /* The row of that name, or NULL. */
-const struct kind *family_kind(const struct family *family, const char *name);
-const struct field *kind_field(const struct field *fields, size_t count,
-                               const char *name);
+const struct kind *
+family_kind(const struct family *family, const char *name);
+const struct field *
+kind_field(const struct field *fields, size_t count, const char *name);
 
 /* The kind that `object` names, or the fallback; NULL if it is unknown. */
-const struct kind *family_kind_of(const struct family *family,
-                                  const struct json *object);
+const struct kind *
+family_kind_of(const struct family *family, const struct json *object);
 
 /* Coordinates that a texture object's mapping reads: 2 or 3. */
-uint32_t texture_coordinates(const struct json *texture);
+uint32_t
+texture_coordinates(const struct json *texture);
 
 /* Row pieces. */
 #define FIELD_AT(type, member) .offset = offsetof(struct type, member)

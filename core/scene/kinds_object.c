@@ -78,8 +78,8 @@ static const struct field box[] = {
      FIELD_AT(scene_object, shape.box.max)},
 };
 
-static bool fill_offset(const struct json *root, const struct json *plane,
-                        double def[4])
+static bool
+fill_offset(const struct json *root, const struct json *plane, double def[4])
 {
     (void)root, (void)def;
     return json_member(plane, "point") == NULL;
@@ -142,8 +142,8 @@ static const struct field torus[] = {
     LENGTH_REQUIRED("minor_radius"),
 };
 
-static bool fill_smooth(const struct json *root, const struct json *mesh,
-                        double def[4])
+static bool
+fill_smooth(const struct json *root, const struct json *mesh, double def[4])
 {
     (void)root;
     def[0] = json_member(mesh, "normals") != NULL;

@@ -11,71 +11,76 @@
 
 /* --- defaults that depend on something else ------------------------------------- */
 
-static bool given(const struct json *object, const char *key)
+static bool
+given(const struct json *object, const char *key)
 {
     return json_member(object, key) != NULL;
 }
 
-static bool fill_fov(const struct json *root, const struct json *camera,
-                     double def[4])
+static bool
+fill_fov(const struct json *root, const struct json *camera, double def[4])
 {
     (void)root, (void)def;
     return !given(camera, "focal_length") && !given(camera, "window");
 }
 
-static bool fill_distance(const struct json *root, const struct json *camera,
-                          double def[4])
+static bool
+fill_distance(const struct json *root, const struct json *camera, double def[4])
 {
     (void)root, (void)def;
     return given(camera, "window");
 }
 
-static bool fill_height(const struct json *root, const struct json *camera,
-                        double def[4])
+static bool
+fill_height(const struct json *root, const struct json *camera, double def[4])
 {
     (void)root, (void)def;
     return !given(camera, "window");
 }
 
-static bool is_whitted(const struct json *root)
+static bool
+is_whitted(const struct json *root)
 {
     const struct json *integrator = json_member(root, "integrator");
     const struct kind *kind = family_kind_of(&family_integrator, integrator);
     return kind == family_integrator.fallback;
 }
 
-static bool fill_sampler(const struct json *root, const struct json *sampler,
-                         double def[4])
+static bool
+fill_sampler(const struct json *root, const struct json *sampler, double def[4])
 {
     (void)sampler;
     def[0] = is_whitted(root) ? SAMPLER_CENTER : SAMPLER_SOBOL;
     return true;
 }
 
-static bool fill_spp(const struct json *root, const struct json *sampler,
-                     double def[4])
+static bool
+fill_spp(const struct json *root, const struct json *sampler, double def[4])
 {
     (void)sampler;
     def[0] = is_whitted(root) ? 1 : 64;
     return true;
 }
 
-static bool is_course(const struct json *integrator)
+static bool
+is_course(const struct json *integrator)
 {
     const char *accumulation = text_of(integrator, "accumulation");
     return accumulation != NULL && strcmp(accumulation, "recursive") != 0;
 }
 
-static bool fill_clamp(const struct json *root, const struct json *integrator,
-                       double def[4])
+static bool
+fill_clamp(const struct json *root, const struct json *integrator,
+           double def[4])
 {
     (void)root;
     def[0] = is_course(integrator) ? 1 : NAN;
     return true;
 }
 
-static bool fill_inside(const struct json *root, const struct json *integrator,
-                        double def[4])
+static bool
+fill_inside(const struct json *root, const struct json *integrator,
+            double def[4])
 {
     (void)root;
     def[0] = is_course(integrator) ? 0 : 1;
@@ -253,8 +258,9 @@ static const struct field fresnel[] = {
 static const struct kind kind_fresnel = {"fresnel", 0, true, FIELDS_OF(fresnel),
                                          NULL};
 
-static bool fill_fresnel(const struct json *root, const struct json *integrator,
-                         double def[4])
+static bool
+fill_fresnel(const struct json *root, const struct json *integrator,
+             double def[4])
 {
     (void)root, (void)def;
     return is_text(json_member(integrator, "accumulation"), "fresnel_weighted");

@@ -13,22 +13,26 @@ static const struct {
 #undef X
 };
 
-const char *layer_name(enum layer layer)
+const char *
+layer_name(enum layer layer)
 {
     return layers[layer].name;
 }
 
-const char *layer_kind(enum layer layer)
+const char *
+layer_kind(enum layer layer)
 {
     return layers[layer].kind;
 }
 
-unsigned layer_channels(enum layer layer)
+unsigned
+layer_channels(enum layer layer)
 {
     return layers[layer].channels;
 }
 
-enum layer layer_find(const char *name)
+enum layer
+layer_find(const char *name)
 {
     for (unsigned i = 0; i < LAYER_COUNT; i++) {
         if (strcmp(layers[i].name, name) == 0)

@@ -9,7 +9,7 @@
 /* C name, document name, channels, kind in the EXR manifest */
 #define LAYER_TABLE(X)                                                         \
     X(LAYER_BEAUTY, "beauty", 3, "color")                                      \
-    X(LAYER_DEPTH, "depth", 1, "scalar") /* along the unit ray; miss +inf */   \
+    X(LAYER_DEPTH, "depth", 1, "scalar")   /* along the unit ray; miss +inf */ \
     X(LAYER_NORMAL, "normal", 3, "vector") /* shading, world, as stored */     \
     X(LAYER_ALBEDO, "albedo", 3, "color")                                      \
     X(LAYER_OBJECT_ID, "object_id", 1, "scalar") /* 1-based; 0: none */
@@ -18,7 +18,7 @@ enum layer {
 #define X(id, name, channels, kind) id,
     LAYER_TABLE(X)
 #undef X
-    LAYER_COUNT
+        LAYER_COUNT
 };
 
 #endif

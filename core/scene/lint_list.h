@@ -15,13 +15,14 @@ struct lint_list {
     size_t count;
 };
 
-void lint_add(struct lint_list *list, const struct json *place,
-              const char *code, const char *format, ...)
-    __attribute__((format(printf, 4, 5)));
+void
+lint_add(struct lint_list *list, const struct json *place, const char *code,
+         const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* triangle.degenerate, mesh.duplicate_vertex, mesh.winding of one object; each
  * is told once per mesh, at the first place. */
-void lint_mesh(struct lint_list *list, const struct scene_object *object,
-               const struct json *node);
+void
+lint_mesh(struct lint_list *list, const struct scene_object *object,
+          const struct json *node);
 
 #endif

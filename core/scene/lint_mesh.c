@@ -7,7 +7,8 @@
 
 #include "core/scene/transform.h"
 
-static const struct json *entry(const struct json *array, uint32_t index)
+static const struct json *
+entry(const struct json *array, uint32_t index)
 {
     const struct json *n = array->child;
     while (index-- > 0)
@@ -15,7 +16,8 @@ static const struct json *entry(const struct json *array, uint32_t index)
     return n;
 }
 
-static const char *more(struct lint_list *list, uint32_t count)
+static const char *
+more(struct lint_list *list, uint32_t count)
 {
     const char *text =
         count > 1 ? arena_printf(list->arena, ", and %u more", count - 1) : "";
@@ -23,7 +25,8 @@ static const char *more(struct lint_list *list, uint32_t count)
 }
 
 /* No area: the corners lie on one line, as far as doubles can tell. */
-static bool is_flat(const double a[3], const double b[3], const double c[3])
+static bool
+is_flat(const double a[3], const double b[3], const double c[3])
 {
     double u[3], v[3], normal[3];
     for (int i = 0; i < 3; i++) {
@@ -38,14 +41,16 @@ static bool is_flat(const double a[3], const double b[3], const double c[3])
     return vector_length(normal) < 1e-12;
 }
 
-static void corner(const struct scene_mesh *mesh, uint32_t index, double out[3])
+static void
+corner(const struct scene_mesh *mesh, uint32_t index, double out[3])
 {
     for (int i = 0; i < 3; i++)
         out[i] = (double)mesh->positions[3 * index + (uint32_t)i];
 }
 
-static void lint_area(struct lint_list *list, const struct scene_mesh *mesh,
-                      const struct json *indices)
+static void
+lint_area(struct lint_list *list, const struct scene_mesh *mesh,
+          const struct json *indices)
 {
     uint32_t first = 0, count = 0;
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
@@ -68,7 +73,8 @@ struct vertex {
     uint32_t index;
 };
 
-static int compare_vertex(const void *left, const void *right)
+static int
+compare_vertex(const void *left, const void *right)
 {
     const struct vertex *a = left, *b = right;
     for (int i = 0; i < 8; i++) {
@@ -80,7 +86,8 @@ static int compare_vertex(const void *left, const void *right)
     return a->index < b->index ? -1 : 1;
 }
 
-static bool same_vertex(const struct vertex *a, const struct vertex *b)
+static bool
+same_vertex(const struct vertex *a, const struct vertex *b)
 {
     for (int i = 0; i < 8; i++) {
         if (a->values[i] < b->values[i] || a->values[i] > b->values[i])
@@ -89,9 +96,9 @@ static bool same_vertex(const struct vertex *a, const struct vertex *b)
     return true;
 }
 
-static void lint_duplicates(struct lint_list *list,
-                            const struct scene_mesh *mesh,
-                            const struct json *positions)
+static void
+lint_duplicates(struct lint_list *list, const struct scene_mesh *mesh,
+                const struct json *positions)
 {
     uint32_t n = mesh->position_count, count = 0;
     uint32_t later = UINT32_MAX, first = 0;
@@ -132,7 +139,8 @@ struct edge {
     uint32_t from, to, triangle;
 };
 
-static int compare_edge(const void *left, const void *right)
+static int
+compare_edge(const void *left, const void *right)
 {
     const struct edge *a = left, *b = right;
     if (a->from != b->from)
@@ -142,8 +150,9 @@ static int compare_edge(const void *left, const void *right)
     return a->triangle < b->triangle ? -1 : 1;
 }
 
-static void lint_winding(struct lint_list *list, const struct scene_mesh *mesh,
-                         const struct json *indices)
+static void
+lint_winding(struct lint_list *list, const struct scene_mesh *mesh,
+             const struct json *indices)
 {
     uint32_t n = mesh->triangle_count * 3, count = 0;
     uint32_t later = UINT32_MAX, first = 0;
@@ -173,8 +182,9 @@ static void lint_winding(struct lint_list *list, const struct scene_mesh *mesh,
                  first, later, more(list, count));
 }
 
-void lint_mesh(struct lint_list *list, const struct scene_object *object,
-               const struct json *node)
+void
+lint_mesh(struct lint_list *list, const struct scene_object *object,
+          const struct json *node)
 {
     if (object->kind == SHAPE_TRIANGLE) {
         const struct shape_triangle *t = &object->shape.triangle;

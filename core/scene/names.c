@@ -3,8 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-void names_add(struct names *names, const struct json *node, uint32_t index,
-               struct arena *arena)
+void
+names_add(struct names *names, const struct json *node, uint32_t index,
+          struct arena *arena)
 {
     if (names->count == names->capacity) {
         uint32_t capacity = names->capacity == 0 ? 16 : names->capacity * 2;
@@ -21,7 +22,8 @@ void names_add(struct names *names, const struct json *node, uint32_t index,
         (struct name_entry){.name = node->string, .node = node, .index = index};
 }
 
-static int compare(const void *left, const void *right)
+static int
+compare(const void *left, const void *right)
 {
     const struct name_entry *a = left, *b = right;
     int order = strcmp(a->name, b->name);
@@ -30,13 +32,15 @@ static int compare(const void *left, const void *right)
     return a->node->begin < b->node->begin ? -1 : 1;
 }
 
-void names_sort(struct names *names)
+void
+names_sort(struct names *names)
 {
     if (names->count > 1)
         qsort(names->items, names->count, sizeof(struct name_entry), compare);
 }
 
-const struct name_entry *names_find(const struct names *names, const char *name)
+const struct name_entry *
+names_find(const struct names *names, const char *name)
 {
     uint32_t low = 0, high = names->count;
     while (low < high) {
@@ -51,8 +55,8 @@ const struct name_entry *names_find(const struct names *names, const char *name)
     return NULL;
 }
 
-const char *names_nearest(const struct names *names, const char *word,
-                          struct arena *arena)
+const char *
+names_nearest(const struct names *names, const char *word, struct arena *arena)
 {
     const char **list = arena_array(arena, names->count, sizeof(const char *));
     if (list == NULL)

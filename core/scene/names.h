@@ -19,18 +19,20 @@ struct names {
     uint32_t count, capacity;
 };
 
-void names_add(struct names *names, const struct json *node, uint32_t index,
-               struct arena *arena);
+void
+names_add(struct names *names, const struct json *node, uint32_t index,
+          struct arena *arena);
 
 /* By name, equal ones in document order. */
-void names_sort(struct names *names);
+void
+names_sort(struct names *names);
 
 /* The first entry of that name, or NULL. */
-const struct name_entry *names_find(const struct names *names,
-                                    const char *name);
+const struct name_entry *
+names_find(const struct names *names, const char *name);
 
 /* As json_did_you_mean, among these names. */
-const char *names_nearest(const struct names *names, const char *word,
-                          struct arena *arena);
+const char *
+names_nearest(const struct names *names, const char *word, struct arena *arena);
 
 #endif

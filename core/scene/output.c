@@ -40,35 +40,37 @@ static const char *const later_layers[] = {"alpha",
                                            "indirect",
                                            "cost"};
 
-static bool is_exr(const struct json *output)
+static bool
+is_exr(const struct json *output)
 {
     return is_text(json_member(output, "format"), "exr");
 }
 
-static bool fill_depth(const struct json *root, const struct json *output,
-                       double def[4])
+static bool
+fill_depth(const struct json *root, const struct json *output, double def[4])
 {
     (void)root;
     def[0] = is_exr(output) ? DEPTH_FLOAT : DEPTH_UINT8;
     return true;
 }
 
-static bool fill_space(const struct json *root, const struct json *output,
-                       double def[4])
+static bool
+fill_space(const struct json *root, const struct json *output, double def[4])
 {
     (void)root;
     def[0] = is_exr(output) ? COLOR_LINEAR : COLOR_SRGB;
     return true;
 }
 
-static bool is_bounce(const char *name)
+static bool
+is_bounce(const char *name)
 {
     return strncmp(name, "bounce_", 7) == 0 && name[7] != '\0' &&
            strspn(name + 7, "0123456789") == strlen(name + 7);
 }
 
-static void read_layer(struct reader *r, const struct json *value,
-                       struct output *output)
+static void
+read_layer(struct reader *r, const struct json *value, struct output *output)
 {
     const char *words[LAYER_COUNT + COUNT_OF(later_layers)];
     size_t count = 0;
@@ -106,8 +108,9 @@ static void read_layer(struct reader *r, const struct json *value,
     output->layers[output->layer_count++] = layer;
 }
 
-static void read_layers(struct reader *r, const struct json *value,
-                        const struct field *field, void *to)
+static void
+read_layers(struct reader *r, const struct json *value,
+            const struct field *field, void *to)
 {
     struct output *output = to;
     (void)field;
@@ -130,7 +133,8 @@ static void read_layers(struct reader *r, const struct json *value,
         read_layer(r, n, output);
 }
 
-static void check_output(struct reader *r, const struct json *object, void *to)
+static void
+check_output(struct reader *r, const struct json *object, void *to)
 {
     const struct json *format = json_member(object, "format");
     const struct json *depth = json_member(object, "bit_depth");
@@ -168,7 +172,8 @@ static const struct kind kind_output = {"output", 0, true, FIELDS_OF(fields),
 
 /* --- the struct -------------------------------------------------------------------- */
 
-void output_default(struct output *output)
+void
+output_default(struct output *output)
 {
     *output = (struct output){.format = OUTPUT_PNG,
                               .layers = {LAYER_BEAUTY},
@@ -177,8 +182,9 @@ void output_default(struct output *output)
                               .color_space = COLOR_SRGB};
 }
 
-bool output_read(const struct json *node, struct output *output,
-                 struct error_list *errors)
+bool
+output_read(const struct json *node, struct output *output,
+            struct error_list *errors)
 {
     struct reader r = {.arena = errors->arena, .errors = errors, .root = node};
     output_default(output);
@@ -189,7 +195,8 @@ bool output_read(const struct json *node, struct output *output,
     return reader_tell_all(&r);
 }
 
-void output_write(const struct output *output, struct bytes *out)
+void
+output_write(const struct output *output, struct bytes *out)
 {
     struct json_writer w = {.out = out};
     json_begin_object(&w, NULL);
@@ -203,12 +210,14 @@ void output_write(const struct output *output, struct bytes *out)
     json_end_object(&w);
 }
 
-const char *output_media_type(const struct output *output)
+const char *
+output_media_type(const struct output *output)
 {
     return output->format == OUTPUT_PNG ? "image/png" : "image/x-exr";
 }
 
-const char *output_extension(const struct output *output)
+const char *
+output_extension(const struct output *output)
 {
     return output->format == OUTPUT_PNG ? "png" : "exr";
 }

@@ -6,7 +6,8 @@
  * precision: how often it runs, and the k-th value. For N = 1 the step is
  * infinite: one value, -1. A float is stored after every step, so no register
  * keeps more digits. */
-static uint32_t float32_loop(uint32_t samples, uint32_t k, float *value)
+static uint32_t
+float32_loop(uint32_t samples, uint32_t k, float *value)
 {
     *value = -1.0f;
     if (samples == 1)
@@ -23,7 +24,8 @@ static uint32_t float32_loop(uint32_t samples, uint32_t k, float *value)
     return count;
 }
 
-static uint32_t per_axis(const struct scene_light *light)
+static uint32_t
+per_axis(const struct scene_light *light)
 {
     float value;
     if (light->kind != LIGHT_AREA_GRID)
@@ -32,14 +34,16 @@ static uint32_t per_axis(const struct scene_light *light)
                                : light->samples;
 }
 
-uint32_t scene_light_positions(const struct scene_light *light)
+uint32_t
+scene_light_positions(const struct scene_light *light)
 {
     uint32_t count = per_axis(light);
     return count * count;
 }
 
 /* Position i of one axis, -1 ... 1. */
-static float axis_value(const struct scene_light *light, uint32_t i)
+static float
+axis_value(const struct scene_light *light, uint32_t i)
 {
     float value;
     if (light->kind != LIGHT_AREA_GRID)
@@ -53,8 +57,9 @@ static float axis_value(const struct scene_light *light, uint32_t i)
     return (float)(-1.0 + 2.0 * i / (light->samples - 1.0));
 }
 
-void scene_light_offset(const struct scene_light *light, uint32_t k, float *x,
-                        float *z)
+void
+scene_light_offset(const struct scene_light *light, uint32_t k, float *x,
+                   float *z)
 {
     uint32_t count = per_axis(light);
     MUST(count > 0);

@@ -75,8 +75,8 @@ enum background_kind { BACKGROUND_CONSTANT, BACKGROUND_GRADIENT };
 
 struct scene_background {
     enum background_kind kind;
-    double color[3];           /* constant; gradient: bottom */
-    double top[3];             /* gradient: weight (d.y + 1) / 2 */
+    double color[3]; /* constant; gradient: bottom */
+    double top[3];   /* gradient: weight (d.y + 1) / 2 */
 };
 
 enum texture_kind { TEXTURE_CONSTANT, TEXTURE_CHECKERBOARD };
@@ -133,11 +133,11 @@ struct scene_light {
     const char *name;
     double intensity[3]; /* color x intensity */
     bool inverse_square;
-    double position[3];  /* point, area_grid */
-    double to_light[3];  /* directional, unit */
-    double half_size;    /* area_grid */
-    uint32_t samples;    /* area_grid: per axis */
-    bool loop_float32;   /* area_grid: the lecture's loop (SCENE 6.1) */
+    double position[3]; /* point, area_grid */
+    double to_light[3]; /* directional, unit */
+    double half_size;   /* area_grid */
+    uint32_t samples;   /* area_grid: per axis */
+    bool loop_float32;  /* area_grid: the lecture's loop (SCENE 6.1) */
 };
 
 enum shape_kind {
@@ -221,7 +221,7 @@ struct scene {
     struct scene_mesh *meshes;
     uint32_t mesh_count;
     struct scene_object *objects;
-    uint32_t object_count; /* >= 1 */
+    uint32_t object_count;   /* >= 1 */
     uint64_t triangle_count; /* meshes and free triangles */
 };
 

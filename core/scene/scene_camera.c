@@ -9,15 +9,17 @@
 /* --- camera -------------------------------------------------------------------- */
 
 /* Default or given, good or bad: a point to reason with. */
-static bool view_vector(const struct json *camera, const char *key, double x,
-                        double y, double z, double out[3])
+static bool
+view_vector(const struct json *camera, const char *key, double x, double y,
+            double z, double out[3])
 {
     out[0] = x, out[1] = y, out[2] = z;
     return json_member(camera, key) == NULL || numbers_of(camera, key, 3, out);
 }
 
 /* The value that SCENE section 8 names for a camera that cannot look. */
-static const struct json *blamed(const struct json *camera, bool parallel)
+static const struct json *
+blamed(const struct json *camera, bool parallel)
 {
     const struct json *up = json_member(camera, "up");
     const struct json *point =
@@ -27,7 +29,8 @@ static const struct json *blamed(const struct json *camera, bool parallel)
     return point != NULL ? point : camera;
 }
 
-static void check_frame(struct reader *r, const struct json *camera)
+static void
+check_frame(struct reader *r, const struct json *camera)
 {
     double eye[3], target[3], up[3], view[3], side[3];
     if (camera == NULL || !view_vector(camera, "eye", 0, 0, 5, eye) ||
@@ -53,7 +56,8 @@ static void check_frame(struct reader *r, const struct json *camera)
               "`up` is parallel to the view direction");
 }
 
-static void check_window(struct reader *r, const struct json *camera)
+static void
+check_window(struct reader *r, const struct json *camera)
 {
     double w[4];
     const struct json *window = json_member(camera, "window");
@@ -71,7 +75,8 @@ static void check_window(struct reader *r, const struct json *camera)
               number_said(r, w[3]));
 }
 
-void check_perspective(struct reader *r, const struct json *object, void *to)
+void
+check_perspective(struct reader *r, const struct json *object, void *to)
 {
     static const char *const names[] = {"fov", "focal_length", "window"};
     const struct json *first = check_one_of(r, object, names, COUNT_OF(names));
@@ -92,7 +97,8 @@ void check_perspective(struct reader *r, const struct json *object, void *to)
     check_frame(r, object);
 }
 
-void check_orthographic(struct reader *r, const struct json *object, void *to)
+void
+check_orthographic(struct reader *r, const struct json *object, void *to)
 {
     static const char *const names[] = {"height", "window"};
     (void)to;
@@ -101,8 +107,9 @@ void check_orthographic(struct reader *r, const struct json *object, void *to)
     check_frame(r, object);
 }
 
-void finish_camera_fields(struct reader *r, const struct json *object,
-                          const struct kind *kind, void *to)
+void
+finish_camera_fields(struct reader *r, const struct json *object,
+                     const struct kind *kind, void *to)
 {
     (void)object;
     if (!kind->ready)
@@ -112,8 +119,9 @@ void finish_camera_fields(struct reader *r, const struct json *object,
 }
 
 /* The image plane spans 2 half_x by 2 half_y, the eye in its middle. */
-static void set_window(struct scene_camera *camera, double half_x,
-                       double half_y, double distance)
+static void
+set_window(struct scene_camera *camera, double half_x, double half_y,
+           double distance)
 {
     camera->left = -half_x;
     camera->right = half_x;
@@ -124,7 +132,8 @@ static void set_window(struct scene_camera *camera, double half_x,
 
 /* Every form of camera becomes a window (SCENE section 5); the film's shape is
  * known by now. */
-void finish_camera(struct reader *r)
+void
+finish_camera(struct reader *r)
 {
     const struct camera_fields *c = &r->camera;
     struct scene_camera *out = &r->scene->camera;
@@ -164,7 +173,8 @@ void finish_camera(struct reader *r)
 
 /* --- film and sampler -------------------------------------------------------------- */
 
-void check_filter(struct reader *r, const struct json *object, void *to)
+void
+check_filter(struct reader *r, const struct json *object, void *to)
 {
     const struct json *radius = json_member(object, "radius");
     (void)to;
@@ -176,7 +186,8 @@ void check_filter(struct reader *r, const struct json *object, void *to)
                       "a box wider than a pixel", "leave it at 0.5 for now");
 }
 
-void check_film(struct reader *r, const struct json *object, void *to)
+void
+check_film(struct reader *r, const struct json *object, void *to)
 {
     double width = 640, height = 360;
     const struct json *w = json_member(object, "width");
@@ -198,7 +209,8 @@ void check_film(struct reader *r, const struct json *object, void *to)
               (unsigned long long)r->limits.max_pixels);
 }
 
-void check_sampler(struct reader *r, const struct json *object, void *to)
+void
+check_sampler(struct reader *r, const struct json *object, void *to)
 {
     const struct scene *scene = to;
     const struct json *type = json_member(object, "type");
@@ -223,8 +235,9 @@ void check_sampler(struct reader *r, const struct json *object, void *to)
 
 /* --- background and integrator -------------------------------------------------------- */
 
-void finish_background(struct reader *r, const struct json *object,
-                       const struct kind *kind, void *to)
+void
+finish_background(struct reader *r, const struct json *object,
+                  const struct kind *kind, void *to)
 {
     (void)object;
     if (!kind->ready)
@@ -233,7 +246,8 @@ void finish_background(struct reader *r, const struct json *object,
     r->scene->background.kind = (enum background_kind)kind->value;
 }
 
-void check_whitted(struct reader *r, const struct json *object, void *to)
+void
+check_whitted(struct reader *r, const struct json *object, void *to)
 {
     const struct json *fresnel = json_member(object, "fresnel");
     const struct json *accumulation = json_member(object, "accumulation");
@@ -246,8 +260,9 @@ void check_whitted(struct reader *r, const struct json *object, void *to)
           "`fresnel` has no effect without `accumulation` `fresnel_weighted`");
 }
 
-void finish_integrator(struct reader *r, const struct json *object,
-                       const struct kind *kind, void *to)
+void
+finish_integrator(struct reader *r, const struct json *object,
+                  const struct kind *kind, void *to)
 {
     const struct json *bounces = json_member(object, "max_bounces");
     double n;

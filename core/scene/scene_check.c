@@ -9,8 +9,8 @@
 
 /* --- names ---------------------------------------------------------------------- */
 
-static void collect(struct reader *r, const struct json *array,
-                    struct names *names)
+static void
+collect(struct reader *r, const struct json *array, struct names *names)
 {
     uint32_t index = 0;
     if (array == NULL || array->type != JSON_ARRAY ||
@@ -27,8 +27,9 @@ static void collect(struct reader *r, const struct json *array,
 
 /* Empty places for the entries of a named array, so that a reference is its
  * index whatever the document tells first. */
-static void reserve(struct reader *r, const struct json *array,
-                    struct vector *vector, size_t size)
+static void
+reserve(struct reader *r, const struct json *array, struct vector *vector,
+        size_t size)
 {
     static const char zeros[sizeof(struct scene_material)];
     if (array == NULL || array->type != JSON_ARRAY ||
@@ -41,7 +42,8 @@ static void reserve(struct reader *r, const struct json *array,
 _Static_assert(sizeof(struct scene_texture) <= sizeof(struct scene_material),
                "`zeros` is as large as either");
 
-void collect_names(struct reader *r)
+void
+collect_names(struct reader *r)
 {
     const struct json *textures = json_member(r->root, "textures");
     const struct json *materials = json_member(r->root, "materials");
@@ -70,7 +72,8 @@ void collect_names(struct reader *r)
 }
 
 /* Sorted by name, then by place: of equal neighbours the later is at fault. */
-static void check_unique(struct reader *r, const struct names *names)
+static void
+check_unique(struct reader *r, const struct names *names)
 {
     for (uint32_t i = 1, first = 0; i < names->count; i++) {
         const struct name_entry *a = &names->items[first];
@@ -86,7 +89,8 @@ static void check_unique(struct reader *r, const struct names *names)
     }
 }
 
-static void check_light_names(struct reader *r)
+static void
+check_light_names(struct reader *r)
 {
     struct names names = {0};
     collect(r, json_member(r->root, "lights"), &names);
@@ -95,7 +99,8 @@ static void check_light_names(struct reader *r)
 
 /* --- textures that reflect -------------------------------------------------------------- */
 
-void check_reflectance(struct reader *r, const struct json *texture)
+void
+check_reflectance(struct reader *r, const struct json *texture)
 {
     static const char *const names[] = {"color", "color0", "color1"};
     for (size_t i = 0; i < COUNT_OF(names); i++) {
@@ -112,7 +117,8 @@ void check_reflectance(struct reader *r, const struct json *texture)
     }
 }
 
-static void check_named_reflectances(struct reader *r)
+static void
+check_named_reflectances(struct reader *r)
 {
     const struct json *textures = json_member(r->root, "textures");
     if (textures == NULL || textures->type != JSON_ARRAY ||
@@ -130,7 +136,8 @@ static void check_named_reflectances(struct reader *r)
 /* `mean` and `fresnel_weighted` know two kinds of material. Every material of
  * the document counts, used or not. The relation is told at the first of its
  * two values in the document (SCENE section 8), and at `accumulation` once. */
-static void check_accumulation(struct reader *r)
+static void
+check_accumulation(struct reader *r)
 {
     const struct json *integrator = json_member(r->root, "integrator");
     const struct json *accumulation = json_member(integrator, "accumulation");
@@ -158,7 +165,8 @@ static void check_accumulation(struct reader *r)
 }
 
 /* Glass doubles the rays at every hit. */
-static void check_glass(struct reader *r)
+static void
+check_glass(struct reader *r)
 {
     const struct json *integrator = json_member(r->root, "integrator");
     const struct json *bounces = json_member(integrator, "max_bounces");
@@ -194,11 +202,13 @@ struct cycle {
     unsigned char *marks; /* [array->count], enum mark */
 };
 
-static void follow_entry(const struct cycle *c, uint32_t index);
+static void
+follow_entry(const struct cycle *c, uint32_t index);
 
 /* References below `node`; the document's depth limits the recursion within
  * one entry, the number of entries (1024) the one between them. */
-static void follow(const struct cycle *c, const struct json *node)
+static void
+follow(const struct cycle *c, const struct json *node)
 {
     for (const struct json *m = node->child; m != NULL; m = m->next) {
         if (m->type == JSON_OBJECT || m->type == JSON_ARRAY) {
@@ -223,7 +233,8 @@ static void follow(const struct cycle *c, const struct json *node)
     }
 }
 
-static void follow_entry(const struct cycle *c, uint32_t index)
+static void
+follow_entry(const struct cycle *c, uint32_t index)
 {
     if (c->marks[index] != UNSEEN)
         return;
@@ -235,9 +246,9 @@ static void follow_entry(const struct cycle *c, uint32_t index)
     c->marks[index] = DONE;
 }
 
-static void check_cycles(struct reader *r, const char *array,
-                         const struct names *names, const char *const *keys,
-                         size_t key_count, const char *noun)
+static void
+check_cycles(struct reader *r, const char *array, const struct names *names,
+             const char *const *keys, size_t key_count, const char *noun)
 {
     struct cycle c = {.r = r,
                       .array = json_member(r->root, array),
@@ -255,7 +266,8 @@ static void check_cycles(struct reader *r, const char *array,
 /* --- budgets ------------------------------------------------------------------------------- */
 
 /* The first of the numbers that make rays, or the document. */
-static const struct json *ray_place(const struct reader *r)
+static const struct json *
+ray_place(const struct reader *r)
 {
     static const char *const parts[][2] = {{"film", "width"},
                                            {"film", "height"},
@@ -269,7 +281,8 @@ static const struct json *ray_place(const struct reader *r)
     return place != NULL ? place : r->root;
 }
 
-static void check_rays(struct reader *r)
+static void
+check_rays(struct reader *r)
 {
     struct output output;
     output_default(&output);
@@ -284,8 +297,9 @@ static void check_rays(struct reader *r)
           NULL, "about %.3g rays, at most %.3g", rays, most);
 }
 
-void read_extras(struct reader *r, const struct json *value,
-                 const struct field *field, void *to)
+void
+read_extras(struct reader *r, const struct json *value,
+            const struct field *field, void *to)
 {
     (void)field, (void)to;
     if (value == NULL)
@@ -298,7 +312,8 @@ void read_extras(struct reader *r, const struct json *value,
               LIMIT_EXTRAS);
 }
 
-void check_document(struct reader *r)
+void
+check_document(struct reader *r)
 {
     static const char *const mixed[] = {"a", "b"};
     static const char *const of[] = {"of"};

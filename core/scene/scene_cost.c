@@ -5,7 +5,8 @@
 
 /* Rays toward the lights from one point, as API section 7 counts them: with
  * `none` and `hard` fewer are sent. */
-static double shadow_rays(const struct scene *scene)
+static double
+shadow_rays(const struct scene *scene)
 {
     double rays = 0;
     for (uint32_t i = 0; i < scene->light_count; i++) {
@@ -17,7 +18,8 @@ static double shadow_rays(const struct scene *scene)
     return rays;
 }
 
-static double mesh_bytes(const struct scene *scene)
+static double
+mesh_bytes(const struct scene *scene)
 {
     double bytes = 0;
     for (uint32_t i = 0; i < scene->mesh_count; i++) {
@@ -31,9 +33,9 @@ static double mesh_bytes(const struct scene *scene)
     return bytes;
 }
 
-struct scene_cost scene_cost(const struct scene *scene,
-                             const struct output *output,
-                             double rays_per_second)
+struct scene_cost
+scene_cost(const struct scene *scene, const struct output *output,
+           double rays_per_second)
 {
     struct scene_cost cost;
     double pixels = (double)scene->width * scene->height;

@@ -13,8 +13,8 @@ struct scene_cost {
 };
 
 /* rays_per_second <= 0 means the build-in start value. */
-struct scene_cost scene_cost(const struct scene *scene,
-                             const struct output *output,
-                             double rays_per_second);
+struct scene_cost
+scene_cost(const struct scene *scene, const struct output *output,
+           double rays_per_second);
 
 #endif

@@ -9,19 +9,22 @@ enum {
     WORDS_MAX = 96 /* names one place allows */
 };
 
-const char *or_word(const char *text)
+const char *
+or_word(const char *text)
 {
     return text != NULL ? text : "it";
 }
 
-bool can_tell(const struct reader *r)
+bool
+can_tell(const struct reader *r)
 {
     return !r->silent && r->items.count < LIMIT_FAULTS;
 }
 
-static void tell(struct reader *r, enum error_code code,
-                 const struct json *node, bool at_key, const char *hint,
-                 const char *fix, const char *format, va_list args)
+static void
+tell(struct reader *r, enum error_code code, const struct json *node,
+     bool at_key, const char *hint, const char *fix, const char *format,
+     va_list args)
 {
     if (!can_tell(r)) {
         r->dropped = r->dropped || !r->silent;
@@ -39,7 +42,8 @@ static void tell(struct reader *r, enum error_code code,
     reader_push(r, &r->items, &item, sizeof item);
 }
 
-bool reader_tell_all(struct reader *r)
+bool
+reader_tell_all(struct reader *r)
 {
     struct error_item *items = r->items.items;
     uint32_t count = r->items.count;
@@ -66,8 +70,9 @@ bool reader_tell_all(struct reader *r)
     return count == 0 && r->faults == 0 && !r->arena->failed;
 }
 
-bool fault(struct reader *r, enum error_code code, const struct json *value,
-           const char *hint, const char *fix, const char *format, ...)
+bool
+fault(struct reader *r, enum error_code code, const struct json *value,
+      const char *hint, const char *fix, const char *format, ...)
 {
     va_list args;
     r->faults++;
@@ -77,9 +82,9 @@ bool fault(struct reader *r, enum error_code code, const struct json *value,
     return false;
 }
 
-bool fault_key(struct reader *r, enum error_code code,
-               const struct json *member, const char *hint, const char *fix,
-               const char *format, ...)
+bool
+fault_key(struct reader *r, enum error_code code, const struct json *member,
+          const char *hint, const char *fix, const char *format, ...)
 {
     va_list args;
     r->faults++;
@@ -89,14 +94,14 @@ bool fault_key(struct reader *r, enum error_code code,
     return false;
 }
 
-static void tell_text(struct reader *r, enum error_code code,
-                      const struct json *value, const char *hint,
-                      const char *format, ...)
+static void
+tell_text(struct reader *r, enum error_code code, const struct json *value,
+          const char *hint, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
-static void tell_text(struct reader *r, enum error_code code,
-                      const struct json *value, const char *hint,
-                      const char *format, ...)
+static void
+tell_text(struct reader *r, enum error_code code, const struct json *value,
+          const char *hint, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
@@ -104,8 +109,9 @@ static void tell_text(struct reader *r, enum error_code code,
     va_end(args);
 }
 
-bool fault_not_yet(struct reader *r, enum error_code code,
-                   const struct json *value, const char *noun, const char *hint)
+bool
+fault_not_yet(struct reader *r, enum error_code code, const struct json *value,
+              const char *noun, const char *hint)
 {
     tell_text(r, code, value, hint,
               "%s is part of the format, but this version does not render it "
@@ -114,7 +120,8 @@ bool fault_not_yet(struct reader *r, enum error_code code,
     return false;
 }
 
-bool fault_type(struct reader *r, const struct json *value, const char *wanted)
+bool
+fault_type(struct reader *r, const struct json *value, const char *wanted)
 {
     if (!can_tell(r))
         return fault(r, ERROR_TYPE_MISMATCH, value, NULL, NULL, "%s", wanted);
@@ -122,7 +129,8 @@ bool fault_type(struct reader *r, const struct json *value, const char *wanted)
                  "must be %s, got %s", wanted, json_describe(value, r->arena));
 }
 
-const char *number_said(struct reader *r, double number)
+const char *
+number_said(struct reader *r, double number)
 {
     char text[NUMBER_SIZE];
     number_text(number, text);
@@ -130,8 +138,9 @@ const char *number_said(struct reader *r, double number)
     return copy != NULL ? copy : "a number";
 }
 
-bool fault_range(struct reader *r, const struct json *value,
-                 const struct field *field)
+bool
+fault_range(struct reader *r, const struct json *value,
+            const struct field *field)
 {
     double x = value->number;
     bool small =
@@ -167,9 +176,9 @@ bool fault_range(struct reader *r, const struct json *value,
 enum patch { PATCH_REMOVE, PATCH_MOVE, PATCH_TEXT, PATCH_NUMBER };
 
 /* One operation on `node`; `text` is the new name or string. */
-static const char *patch(struct reader *r, enum patch operation,
-                         const struct json *node, const char *text,
-                         double number)
+static const char *
+patch(struct reader *r, enum patch operation, const struct json *node,
+      const char *text, double number)
 {
     static const char *const names[] = {
         [PATCH_REMOVE] = "remove",
@@ -205,19 +214,20 @@ static const char *patch(struct reader *r, enum patch operation,
     return copy;
 }
 
-const char *fix_remove(struct reader *r, const struct json *member)
+const char *
+fix_remove(struct reader *r, const struct json *member)
 {
     return patch(r, PATCH_REMOVE, member, NULL, 0);
 }
 
-const char *fix_text(struct reader *r, const struct json *value,
-                     const char *text)
+const char *
+fix_text(struct reader *r, const struct json *value, const char *text)
 {
     return patch(r, PATCH_TEXT, value, text, 0);
 }
 
-const char *fix_number(struct reader *r, const struct json *value,
-                       double number)
+const char *
+fix_number(struct reader *r, const struct json *value, double number)
 {
     return patch(r, PATCH_NUMBER, value, NULL, number);
 }
@@ -225,8 +235,9 @@ const char *fix_number(struct reader *r, const struct json *value,
 /* --- did you mean --------------------------------------------------------------- */
 
 /* "known: a, b, c" */
-static const char *list_words(struct reader *r, const char *lead,
-                              const char *const *words, size_t count)
+static const char *
+list_words(struct reader *r, const char *lead, const char *const *words,
+           size_t count)
 {
     struct bytes out = {0};
     bytes_text(&out, lead);
@@ -238,9 +249,10 @@ static const char *list_words(struct reader *r, const char *lead,
     return text;
 }
 
-bool fault_unknown_word(struct reader *r, enum error_code code,
-                        const struct json *value, const char *noun,
-                        const char *const *words, size_t count)
+bool
+fault_unknown_word(struct reader *r, enum error_code code,
+                   const struct json *value, const char *noun,
+                   const char *const *words, size_t count)
 {
     if (!can_tell(r))
         return fault(r, code, value, NULL, NULL, "%s", noun);
@@ -257,8 +269,9 @@ bool fault_unknown_word(struct reader *r, enum error_code code,
                  "unknown %s `%s`", noun, said ? said : "");
 }
 
-bool fault_reference(struct reader *r, const struct json *value,
-                     const char *noun, const struct names *names)
+bool
+fault_reference(struct reader *r, const struct json *value, const char *noun,
+                const struct names *names)
 {
     if (!can_tell(r))
         return fault(r, ERROR_REFERENCE_UNKNOWN, value, NULL, NULL, "%s", noun);
@@ -287,9 +300,9 @@ bool fault_reference(struct reader *r, const struct json *value,
 /* --- unknown properties ----------------------------------------------------------- */
 
 /* Which kind of the family has that field? */
-static const struct kind *owner_of(const struct family *family,
-                                   const struct kind *not_this,
-                                   const char *name)
+static const struct kind *
+owner_of(const struct family *family, const struct kind *not_this,
+         const char *name)
 {
     for (size_t i = 0; family != NULL && i < family->kind_count; i++) {
         const struct kind *kind = &family->kinds[i];
@@ -301,8 +314,8 @@ static const struct kind *owner_of(const struct family *family,
 }
 
 /* Names that other programs and the job document use. */
-static const char *foreign_name(const struct json *member,
-                                const struct kind *kind)
+static const char *
+foreign_name(const struct json *member, const struct kind *kind)
 {
     static const char *const job[] = {"output",  "priority",     "tags",
                                       "frames",  "max_attempts", "time_limit",
@@ -319,8 +332,9 @@ static const char *foreign_name(const struct json *member,
     return NULL;
 }
 
-bool fault_unknown_key(struct reader *r, const struct json *member,
-                       const struct family *family, const struct kind *kind)
+bool
+fault_unknown_key(struct reader *r, const struct json *member,
+                  const struct family *family, const struct kind *kind)
 {
     const char *words[WORDS_MAX];
     size_t count = 0;

@@ -6,15 +6,17 @@
 #include "core/base/utf8.h"
 #include "core/scene/srgb.h"
 
-static void *place(void *to, const struct field *field)
+static void *
+place(void *to, const struct field *field)
 {
     return field->offset == FIELD_SKIP ? NULL : (char *)to + field->offset;
 }
 
 /* --- numbers ------------------------------------------------------------------ */
 
-static bool read_number(struct reader *r, const struct json *value,
-                        const struct field *field, double *number)
+static bool
+read_number(struct reader *r, const struct json *value,
+            const struct field *field, double *number)
 {
     if (value->type == JSON_NULL && (field->flags & FIELD_NULLABLE)) {
         *number = 0;
@@ -35,8 +37,9 @@ static bool read_number(struct reader *r, const struct json *value,
     return true;
 }
 
-bool read_numbers(struct reader *r, const struct json *value, uint32_t count,
-                  double limit, const char *noun, double *numbers)
+bool
+read_numbers(struct reader *r, const struct json *value, uint32_t count,
+             double limit, const char *noun, double *numbers)
 {
     const struct field field = {
         .type = FIELD_VECTOR, .min = -limit, .max = limit};
@@ -55,7 +58,8 @@ bool read_numbers(struct reader *r, const struct json *value, uint32_t count,
     return ok;
 }
 
-static const char *vector_noun(uint32_t count)
+static const char *
+vector_noun(uint32_t count)
 {
     return count == 2    ? "a pair"
            : count == 3  ? "a point or vector"
@@ -63,8 +67,9 @@ static const char *vector_noun(uint32_t count)
                          : "this array";
 }
 
-static bool read_vector(struct reader *r, const struct json *value,
-                        const struct field *field, double *numbers)
+static bool
+read_vector(struct reader *r, const struct json *value,
+            const struct field *field, double *numbers)
 {
     const struct field one = {.type = FIELD_NUMBER,
                               .flags =
@@ -86,8 +91,8 @@ static bool read_vector(struct reader *r, const struct json *value,
     return ok;
 }
 
-static bool read_direction(struct reader *r, const struct json *value,
-                           double *numbers)
+static bool
+read_direction(struct reader *r, const struct json *value, double *numbers)
 {
     if (!read_numbers(r, value, 3, 1e6, "a direction", numbers))
         return false;
@@ -98,8 +103,9 @@ static bool read_direction(struct reader *r, const struct json *value,
 }
 
 /* One number for all coordinates, or one for each. */
-static bool read_scale(struct reader *r, const struct json *value,
-                       const struct field *field, double numbers[3])
+static bool
+read_scale(struct reader *r, const struct json *value,
+           const struct field *field, double numbers[3])
 {
     uint32_t count =
         field->count != 0 ? field->count : texture_coordinates(value->parent);
@@ -128,8 +134,9 @@ static bool read_scale(struct reader *r, const struct json *value,
 
 /* --- words --------------------------------------------------------------------- */
 
-static bool read_text(struct reader *r, const struct json *value, uint32_t most,
-                      const char **text)
+static bool
+read_text(struct reader *r, const struct json *value, uint32_t most,
+          const char **text)
 {
     if (value->type != JSON_STRING)
         return fault_type(r, value, "a string");
@@ -141,14 +148,16 @@ static bool read_text(struct reader *r, const struct json *value, uint32_t most,
     return true;
 }
 
-static bool name_character(char c, bool first)
+static bool
+name_character(char c, bool first)
 {
     return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
            (c >= '0' && c <= '9') ||
            (!first && (c == '_' || c == '.' || c == '-'));
 }
 
-bool read_name(struct reader *r, const struct json *value, const char **name)
+bool
+read_name(struct reader *r, const struct json *value, const char **name)
 {
     if (value->type != JSON_STRING)
         return fault_type(r, value, "a string, a name");
@@ -165,8 +174,9 @@ bool read_name(struct reader *r, const struct json *value, const char **name)
     return true;
 }
 
-static bool read_enum(struct reader *r, const struct json *value,
-                      const struct field *field, int *choice)
+static bool
+read_enum(struct reader *r, const struct json *value, const struct field *field,
+          int *choice)
 {
     const char *words[32];
     size_t count = 0;
@@ -189,8 +199,9 @@ static bool read_enum(struct reader *r, const struct json *value,
 
 /* --- colours --------------------------------------------------------------------- */
 
-static bool read_color(struct reader *r, const struct json *value, double most,
-                       double color[3])
+static bool
+read_color(struct reader *r, const struct json *value, double most,
+           double color[3])
 {
     const struct field range = {.type = FIELD_COLOR, .min = 0, .max = most};
     bool ok = true;
@@ -215,8 +226,9 @@ static bool read_color(struct reader *r, const struct json *value, double most,
     return ok;
 }
 
-void read_paint(struct reader *r, const struct json *value,
-                const struct field *field, struct paint *paint)
+void
+read_paint(struct reader *r, const struct json *value,
+           const struct field *field, struct paint *paint)
 {
     *paint = (struct paint){.texture = SCENE_NONE};
     if (value->type == JSON_OBJECT) {
@@ -250,8 +262,8 @@ void read_paint(struct reader *r, const struct json *value,
 
 /* --- any field ----------------------------------------------------------------------- */
 
-static void read_list(struct reader *r, const struct json *value,
-                      const struct field *field)
+static void
+read_list(struct reader *r, const struct json *value, const struct field *field)
 {
     if (value->type != JSON_ARRAY) {
         fault_type(r, value, "an array");
@@ -276,7 +288,8 @@ static void read_list(struct reader *r, const struct json *value,
     r->slot = slot;
 }
 
-static void store_number(const struct field *field, double number, void *at)
+static void
+store_number(const struct field *field, double number, void *at)
 {
     if (at == NULL)
         return;
@@ -286,7 +299,8 @@ static void store_number(const struct field *field, double number, void *at)
         *(double *)at = number;
 }
 
-static void store_bool(const struct field *field, bool yes, void *at)
+static void
+store_bool(const struct field *field, bool yes, void *at)
 {
     if (at == NULL)
         return;
@@ -296,14 +310,16 @@ static void store_bool(const struct field *field, bool yes, void *at)
         *(unsigned *)at |= field->count;
 }
 
-static void store_numbers(const double *numbers, uint32_t count, void *at)
+static void
+store_numbers(const double *numbers, uint32_t count, void *at)
 {
     if (at != NULL)
         memcpy(at, numbers, count * sizeof(double));
 }
 
-void read_value(struct reader *r, const struct json *value,
-                const struct field *field, void *to)
+void
+read_value(struct reader *r, const struct json *value,
+           const struct field *field, void *to)
 {
     void *at = place(to, field);
     double numbers[16] = {0};
@@ -367,8 +383,9 @@ void read_value(struct reader *r, const struct json *value,
     }
 }
 
-void read_default(struct reader *r, const struct json *object,
-                  const struct field *field, void *to)
+void
+read_default(struct reader *r, const struct json *object,
+             const struct field *field, void *to)
 {
     void *at = place(to, field);
     double def[4];

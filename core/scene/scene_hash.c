@@ -5,8 +5,9 @@
 #include "core/base/isa.h"
 #include "core/base/must.h"
 
-void scene_hash(const char *canonical, size_t len, const struct output *output,
-                char hash[SCENE_HASH_SIZE])
+void
+scene_hash(const char *canonical, size_t len, const struct output *output,
+           char hash[SCENE_HASH_SIZE])
 {
     struct sha256 sha;
     struct bytes settings = {0};
@@ -24,8 +25,9 @@ void scene_hash(const char *canonical, size_t len, const struct output *output,
     bytes_clear(&settings);
 }
 
-void scene_render_key(const char *hash, const char *build, const char *isa,
-                      char key[SHA256_HEX_SIZE])
+void
+scene_render_key(const char *hash, const char *build, const char *isa,
+                 char key[SHA256_HEX_SIZE])
 {
     struct sha256 sha;
     sha256_init(&sha);

@@ -9,7 +9,8 @@
 
 /* --- rows ---------------------------------------------------------------------- */
 
-const struct kind *family_kind(const struct family *family, const char *name)
+const struct kind *
+family_kind(const struct family *family, const char *name)
 {
     for (size_t i = 0; i < family->kind_count; i++) {
         if (strcmp(family->kinds[i].name, name) == 0)
@@ -18,8 +19,8 @@ const struct kind *family_kind(const struct family *family, const char *name)
     return NULL;
 }
 
-const struct field *kind_field(const struct field *fields, size_t count,
-                               const char *name)
+const struct field *
+kind_field(const struct field *fields, size_t count, const char *name)
 {
     for (size_t i = 0; i < count; i++) {
         if (strcmp(fields[i].name, name) == 0)
@@ -28,8 +29,8 @@ const struct field *kind_field(const struct field *fields, size_t count,
     return NULL;
 }
 
-const struct kind *family_kind_of(const struct family *family,
-                                  const struct json *object)
+const struct kind *
+family_kind_of(const struct family *family, const struct json *object)
 {
     const struct json *type = json_member(object, "type");
     if (type == NULL)
@@ -37,7 +38,8 @@ const struct kind *family_kind_of(const struct family *family,
     return type->type == JSON_STRING ? family_kind(family, type->string) : NULL;
 }
 
-uint32_t texture_coordinates(const struct json *texture)
+uint32_t
+texture_coordinates(const struct json *texture)
 {
     const char *mapping = text_of(texture, "mapping");
     size_t len = mapping != NULL ? strlen(mapping) : 0;
@@ -46,14 +48,16 @@ uint32_t texture_coordinates(const struct json *texture)
 
 /* --- getters ------------------------------------------------------------------- */
 
-bool is_whole(double number)
+bool
+is_whole(double number)
 {
     /* From 2^53 on every double is whole. */
     return fabs(number) >= 9007199254740992.0 ||
            (double)(int64_t)number == number;
 }
 
-bool number_of(const struct json *object, const char *key, double *number)
+bool
+number_of(const struct json *object, const char *key, double *number)
 {
     const struct json *value = json_member(object, key);
     if (value == NULL || value->type != JSON_NUMBER)
@@ -62,8 +66,9 @@ bool number_of(const struct json *object, const char *key, double *number)
     return true;
 }
 
-bool numbers_of(const struct json *object, const char *key, uint32_t count,
-                double *numbers)
+bool
+numbers_of(const struct json *object, const char *key, uint32_t count,
+           double *numbers)
 {
     const struct json *value = json_member(object, key);
     if (value == NULL || value->type != JSON_ARRAY || value->count != count)
@@ -76,34 +81,39 @@ bool numbers_of(const struct json *object, const char *key, uint32_t count,
     return true;
 }
 
-const char *text_of(const struct json *object, const char *key)
+const char *
+text_of(const struct json *object, const char *key)
 {
     const struct json *value = json_member(object, key);
     return value != NULL && value->type == JSON_STRING ? value->string : NULL;
 }
 
-bool is_text(const struct json *value, const char *text)
+bool
+is_text(const struct json *value, const char *text)
 {
     return value != NULL && value->type == JSON_STRING &&
            strcmp(value->string, text) == 0;
 }
 
-const struct json *first_of(const struct json *a, const struct json *b)
+const struct json *
+first_of(const struct json *a, const struct json *b)
 {
     if (a == NULL || b == NULL)
         return a != NULL ? a : b;
     return a->begin < b->begin ? a : b;
 }
 
-const struct json *later_of(const struct json *a, const struct json *b)
+const struct json *
+later_of(const struct json *a, const struct json *b)
 {
     if (a == NULL || b == NULL)
         return a != NULL ? a : b;
     return a->begin > b->begin ? a : b;
 }
 
-const struct json *check_one_of(struct reader *r, const struct json *object,
-                                const char *const *names, size_t count)
+const struct json *
+check_one_of(struct reader *r, const struct json *object,
+             const char *const *names, size_t count)
 {
     const struct json *first = NULL;
     if (object == NULL || object->type != JSON_OBJECT)
@@ -123,8 +133,9 @@ const struct json *check_one_of(struct reader *r, const struct json *object,
     return first;
 }
 
-bool reader_push(struct reader *r, struct vector *vector, const void *item,
-                 size_t size)
+bool
+reader_push(struct reader *r, struct vector *vector, const void *item,
+            size_t size)
 {
     if (vector->count == vector->capacity) {
         uint32_t capacity = vector->capacity == 0 ? 16 : vector->capacity * 2;
@@ -151,20 +162,23 @@ struct rows {
     const struct kind *kind;
 };
 
-static size_t row_count(const struct rows *rows)
+static size_t
+row_count(const struct rows *rows)
 {
     size_t count = rows->family != NULL ? rows->family->common_count : 0;
     return count + (rows->kind != NULL ? rows->kind->field_count : 0);
 }
 
-static const struct field *row_at(const struct rows *rows, size_t i)
+static const struct field *
+row_at(const struct rows *rows, size_t i)
 {
     size_t common = rows->family != NULL ? rows->family->common_count : 0;
     return i < common ? &rows->family->common[i]
                       : &rows->kind->fields[i - common];
 }
 
-static size_t row_find(const struct rows *rows, const char *name)
+static size_t
+row_find(const struct rows *rows, const char *name)
 {
     size_t count = row_count(rows);
     for (size_t i = 0; i < count; i++) {
@@ -174,8 +188,9 @@ static size_t row_find(const struct rows *rows, const char *name)
     return SIZE_MAX;
 }
 
-static void read_field(struct reader *r, const struct json *value,
-                       const struct field *field, void *to)
+static void
+read_field(struct reader *r, const struct json *value,
+           const struct field *field, void *to)
 {
     uint32_t before = r->faults;
     read_value(r, value, field, to);
@@ -186,8 +201,9 @@ static void read_field(struct reader *r, const struct json *value,
 }
 
 /* Which member stands for which row; members without a row are told. */
-static void find_given(struct reader *r, const struct json *object,
-                       const struct rows *rows, const struct json **given)
+static void
+find_given(struct reader *r, const struct json *object, const struct rows *rows,
+           const struct json **given)
 {
     const struct json *m = object != NULL ? object->child : NULL;
     for (; m != NULL; m = m->next) {
@@ -201,9 +217,9 @@ static void find_given(struct reader *r, const struct json *object,
     }
 }
 
-static void read_absent(struct reader *r, const struct json *object,
-                        const struct rows *rows, const struct field *field,
-                        void *to)
+static void
+read_absent(struct reader *r, const struct json *object,
+            const struct rows *rows, const struct field *field, void *to)
 {
     if ((field->flags & FIELD_REQUIRED) && object != NULL) {
         const char *noun =
@@ -219,9 +235,9 @@ static void read_absent(struct reader *r, const struct json *object,
 
 /* Rows are read in the order of the table, whatever the document's order is:
  * so inline textures and materials get the same indices in canonical text. */
-void read_members(struct reader *r, const struct json *object,
-                  const struct family *family, const struct kind *kind,
-                  void *to)
+void
+read_members(struct reader *r, const struct json *object,
+             const struct family *family, const struct kind *kind, void *to)
 {
     struct rows rows = {family, kind};
     const struct json *given[ROWS_MAX] = {NULL};
@@ -248,8 +264,8 @@ void read_members(struct reader *r, const struct json *object,
 }
 
 /* The kinds of a family, those ready first, as words for a hint. */
-static size_t kind_words(const struct family *family, bool ready_only,
-                         const char **words)
+static size_t
+kind_words(const struct family *family, bool ready_only, const char **words)
 {
     size_t count = 0;
     for (size_t i = 0; i < family->kind_count; i++) {
@@ -263,7 +279,8 @@ static size_t kind_words(const struct family *family, bool ready_only,
     return count;
 }
 
-static const char *ready_hint(struct reader *r, const struct family *family)
+static const char *
+ready_hint(struct reader *r, const struct family *family)
 {
     const char *words[32];
     struct bytes out = {0};
@@ -279,8 +296,9 @@ static const char *ready_hint(struct reader *r, const struct family *family)
     return hint;
 }
 
-static const struct kind *read_type(struct reader *r, const struct json *object,
-                                    const struct family *family)
+static const struct kind *
+read_type(struct reader *r, const struct json *object,
+          const struct family *family)
 {
     const char *words[32];
     const struct json *type = json_member(object, "type");
@@ -298,8 +316,9 @@ static const struct kind *read_type(struct reader *r, const struct json *object,
     return NULL;
 }
 
-const struct kind *read_family(struct reader *r, const struct json *object,
-                               const struct family *family, void *to)
+const struct kind *
+read_family(struct reader *r, const struct json *object,
+            const struct family *family, void *to)
 {
     uint32_t before = r->faults;
     if (object != NULL && object->type != JSON_OBJECT) {
@@ -319,8 +338,9 @@ const struct kind *read_family(struct reader *r, const struct json *object,
     return kind;
 }
 
-void read_family_value(struct reader *r, const struct json *value,
-                       const struct family *family)
+void
+read_family_value(struct reader *r, const struct json *value,
+                  const struct family *family)
 {
     alignas(max_align_t) char scratch[1024] = {0};
     read_family(r, value, family, scratch);
@@ -328,7 +348,8 @@ void read_family_value(struct reader *r, const struct json *value,
 
 /* --- a document ---------------------------------------------------------------------- */
 
-static void set_limits(struct reader *r, const struct scene_limits *limits)
+static void
+set_limits(struct reader *r, const struct scene_limits *limits)
 {
     if (limits != NULL)
         r->limits = *limits;
@@ -344,7 +365,8 @@ static void set_limits(struct reader *r, const struct scene_limits *limits)
         r->limits.max_bounces = 64;
 }
 
-static void keep(struct reader *r)
+static void
+keep(struct reader *r)
 {
     struct scene *scene = r->scene;
     scene->textures = r->texture_items.items;
@@ -359,9 +381,9 @@ static void keep(struct reader *r)
     scene->object_count = r->object_items.count;
 }
 
-bool scene_read(const struct json *root, const struct scene_limits *limits,
-                struct arena *arena, struct scene *scene,
-                struct error_list *errors)
+bool
+scene_read(const struct json *root, const struct scene_limits *limits,
+           struct arena *arena, struct scene *scene, struct error_list *errors)
 {
     struct reader r = {.arena = arena,
                        .errors = errors,
@@ -386,9 +408,10 @@ bool scene_read(const struct json *root, const struct scene_limits *limits,
     return true;
 }
 
-bool scene_read_text(const char *text, size_t len,
-                     const struct scene_limits *limits, struct arena *arena,
-                     struct scene *scene, struct error_list *errors)
+bool
+scene_read_text(const char *text, size_t len, const struct scene_limits *limits,
+                struct arena *arena, struct scene *scene,
+                struct error_list *errors)
 {
     const struct json *root = json_read(text, len, NULL, arena, errors);
     if (root == NULL)

@@ -29,14 +29,13 @@ struct scene_limits {
  * then out_of_memory is among them). */
 bool
 scene_read(const struct json *root, const struct scene_limits *limits,
-           struct arena *arena, struct scene *scene,
-           struct error_list *errors);
+           struct arena *arena, struct scene *scene, struct error_list *errors);
 
 /* Text in, both steps. */
 bool
-scene_read_text(const char *text, size_t len,
-                const struct scene_limits *limits, struct arena *arena,
-                struct scene *scene, struct error_list *errors);
+scene_read_text(const char *text, size_t len, const struct scene_limits *limits,
+                struct arena *arena, struct scene *scene,
+                struct error_list *errors);
 
 /* The canonical form (SCENE section 1) of a document that scene_read accepted:
  * every default filled in, `description` and `extras` dropped, keys sorted,

@@ -9,8 +9,9 @@
 #include "core/scene/scene_reader.h"
 #include "core/scene/transform.h"
 
-void lint_add(struct lint_list *list, const struct json *place,
-              const char *code, const char *format, ...)
+void
+lint_add(struct lint_list *list, const struct json *place, const char *code,
+         const char *format, ...)
 {
     va_list args;
     if (list->count == LINT_MAX || place == NULL)
@@ -27,8 +28,8 @@ void lint_add(struct lint_list *list, const struct json *place,
     };
 }
 
-static const char *called(struct lint_list *list,
-                          const struct scene_object *object)
+static const char *
+called(struct lint_list *list, const struct scene_object *object)
 {
     const char *text =
         arena_printf(list->arena, "`%s`",
@@ -38,8 +39,8 @@ static const char *called(struct lint_list *list,
 
 /* --- documents of the drawn objects -------------------------------------------------- */
 
-static void collect_nodes(struct lint_list *list, const struct json *array,
-                          uint32_t *at)
+static void
+collect_nodes(struct lint_list *list, const struct json *array, uint32_t *at)
 {
     for (const struct json *n = array->child; n != NULL; n = n->next) {
         if (is_text(json_member(n, "type"), "group"))
@@ -51,13 +52,15 @@ static void collect_nodes(struct lint_list *list, const struct json *array,
 
 /* --- reflection ------------------------------------------------------------------------ */
 
-static bool is_bright(const struct paint *paint)
+static bool
+is_bright(const struct paint *paint)
 {
     return paint->texture != SCENE_NONE || paint->color[0] > 0 ||
            paint->color[1] > 0 || paint->color[2] > 0;
 }
 
-static void lint_bounces(struct lint_list *list)
+static void
+lint_bounces(struct lint_list *list)
 {
     const struct scene *scene = list->scene;
     const struct json *bounces =
@@ -80,7 +83,8 @@ static void lint_bounces(struct lint_list *list)
                  scene->integrator.max_bounces);
 }
 
-static void lint_emission(struct lint_list *list)
+static void
+lint_emission(struct lint_list *list)
 {
     const struct scene *scene = list->scene;
     if (scene->integrator.accumulation != ACCUMULATION_RECURSIVE)
@@ -97,8 +101,8 @@ static void lint_emission(struct lint_list *list)
 /* --- what nobody uses -------------------------------------------------------------------- */
 
 /* Names given as `material` in a tree of objects. */
-static void mark_materials(struct lint_list *list, const struct json *array,
-                           bool *used)
+static void
+mark_materials(struct lint_list *list, const struct json *array, bool *used)
 {
     const struct scene *scene = list->scene;
     for (const struct json *n = array->child; n != NULL; n = n->next) {
@@ -115,7 +119,8 @@ static void mark_materials(struct lint_list *list, const struct json *array,
     }
 }
 
-static void lint_unused(struct lint_list *list)
+static void
+lint_unused(struct lint_list *list)
 {
     const struct scene *scene = list->scene;
     const struct json *materials = json_member(list->root, "materials");
@@ -152,8 +157,9 @@ static void lint_unused(struct lint_list *list)
 /* --- surfaces --------------------------------------------------------------------------------- */
 
 /* A mesh without uvs under a texture that reads them. */
-static void lint_uv(struct lint_list *list, const struct scene_object *object,
-                    const struct json *node)
+static void
+lint_uv(struct lint_list *list, const struct scene_object *object,
+        const struct json *node)
 {
     const struct scene *scene = list->scene;
     const struct scene_material *m = &scene->materials[object->material];
@@ -176,7 +182,8 @@ static void lint_uv(struct lint_list *list, const struct scene_object *object,
     }
 }
 
-static void lint_plane(struct lint_list *list, const struct json *node)
+static void
+lint_plane(struct lint_list *list, const struct json *node)
 {
     double normal[3];
     char text[NUMBER_SIZE];
@@ -195,7 +202,8 @@ static void lint_plane(struct lint_list *list, const struct json *node)
 /* --- inside of closed shapes --------------------------------------------------------------------- */
 
 /* A world point in the object's own space, before its transform. */
-static void to_object(const double m[12], const double world[3], double out[3])
+static void
+to_object(const double m[12], const double world[3], double out[3])
 {
     /* Cramer's rule with the columns of the linear part. */
     double x[3], y[3], z[3], p[3], yz[3], xp[3];
@@ -213,7 +221,8 @@ static void to_object(const double m[12], const double world[3], double out[3])
     out[2] = -vector_dot(y, xp) / determinant;
 }
 
-static bool contains(const struct scene_object *object, const double world[3])
+static bool
+contains(const struct scene_object *object, const double world[3])
 {
     double p[3], d[3];
     to_object(object->to_world, world, p);
@@ -244,7 +253,8 @@ container(const struct scene *scene, const double point[3], unsigned visible)
     return NULL;
 }
 
-static void lint_inside(struct lint_list *list)
+static void
+lint_inside(struct lint_list *list)
 {
     const struct scene *scene = list->scene;
     const struct json *camera = json_member(list->root, "camera");
@@ -279,7 +289,8 @@ static void lint_inside(struct lint_list *list)
 
 /* --- all of it ---------------------------------------------------------------------------------- */
 
-static void sort(struct lint_list *list)
+static void
+sort(struct lint_list *list)
 {
     for (size_t i = 1; i < list->count; i++) {
         struct lint_item item = list->items[i];
@@ -293,8 +304,9 @@ static void sort(struct lint_list *list)
     }
 }
 
-size_t scene_lint(const struct json *root, const struct scene *scene,
-                  struct arena *arena, const struct lint_item **items)
+size_t
+scene_lint(const struct json *root, const struct scene *scene,
+           struct arena *arena, const struct lint_item **items)
 {
     struct lint_list list = {.arena = arena, .root = root, .scene = scene};
     uint32_t at = 0;

@@ -6,8 +6,9 @@
 #include "core/scene/transform.h"
 
 /* An array of at least `least` entries; NULL after an error. */
-static const struct json *entries(struct reader *r, const struct json *value,
-                                  uint32_t least, const char *noun)
+static const struct json *
+entries(struct reader *r, const struct json *value, uint32_t least,
+        const char *noun)
 {
     if (value->type != JSON_ARRAY) {
         fault_type(r, value,
@@ -31,8 +32,9 @@ static const struct json *entries(struct reader *r, const struct json *value,
 }
 
 /* Vectors of `width` numbers as floats, in the arena. */
-static float *floats(struct reader *r, const struct json *value, uint32_t width,
-                     uint32_t least, const char *noun, const char *nouns)
+static float *
+floats(struct reader *r, const struct json *value, uint32_t width,
+       uint32_t least, const char *noun, const char *nouns)
 {
     const struct json *n = entries(r, value, least, nouns);
     if (n == NULL)
@@ -51,8 +53,9 @@ static float *floats(struct reader *r, const struct json *value, uint32_t width,
     return out;
 }
 
-void read_positions(struct reader *r, const struct json *value,
-                    const struct field *field, void *to)
+void
+read_positions(struct reader *r, const struct json *value,
+               const struct field *field, void *to)
 {
     (void)field, (void)to;
     if (value == NULL)
@@ -62,16 +65,18 @@ void read_positions(struct reader *r, const struct json *value,
         r->mesh.position_count = value->count;
 }
 
-void read_mesh_uvs(struct reader *r, const struct json *value,
-                   const struct field *field, void *to)
+void
+read_mesh_uvs(struct reader *r, const struct json *value,
+              const struct field *field, void *to)
 {
     (void)field, (void)to;
     if (value != NULL)
         r->mesh.uvs = floats(r, value, 2, 0, "a pair u, v", "pairs");
 }
 
-void read_mesh_normals(struct reader *r, const struct json *value,
-                       const struct field *field, void *to)
+void
+read_mesh_normals(struct reader *r, const struct json *value,
+                  const struct field *field, void *to)
 {
     (void)field, (void)to;
     if (value == NULL)
@@ -96,8 +101,9 @@ void read_mesh_normals(struct reader *r, const struct json *value,
     }
 }
 
-void read_indices(struct reader *r, const struct json *value,
-                  const struct field *field, void *to)
+void
+read_indices(struct reader *r, const struct json *value,
+             const struct field *field, void *to)
 {
     static const struct field index = {.name = "index",
                                        .type = FIELD_INTEGER,
@@ -141,8 +147,8 @@ void read_indices(struct reader *r, const struct json *value,
 /* --- relations --------------------------------------------------------------------- */
 
 /* Every index that is a whole number names a position. */
-static void check_indices(struct reader *r, const struct json *indices,
-                          uint32_t positions)
+static void
+check_indices(struct reader *r, const struct json *indices, uint32_t positions)
 {
     if (indices == NULL || indices->type != JSON_ARRAY)
         return;
@@ -159,8 +165,9 @@ static void check_indices(struct reader *r, const struct json *indices,
     }
 }
 
-static void check_per_position(struct reader *r, const struct json *object,
-                               const char *name, uint32_t positions)
+static void
+check_per_position(struct reader *r, const struct json *object,
+                   const char *name, uint32_t positions)
 {
     const struct json *value = json_member(object, name);
     if (value != NULL && value->type == JSON_ARRAY && value->count != positions)
@@ -169,7 +176,8 @@ static void check_per_position(struct reader *r, const struct json *object,
 }
 
 /* Inline or uploaded, one of the two, and whole. */
-static bool check_source(struct reader *r, const struct json *object)
+static bool
+check_source(struct reader *r, const struct json *object)
 {
     static const char *const whole[] = {"positions", "asset"};
     static const char *const parts[] = {"indices", "asset"};
@@ -194,7 +202,8 @@ static bool check_source(struct reader *r, const struct json *object)
     return positions != NULL;
 }
 
-void check_mesh(struct reader *r, const struct json *object, void *to)
+void
+check_mesh(struct reader *r, const struct json *object, void *to)
 {
     struct scene_object *made = to;
     const struct json *smooth = json_member(object, "smooth");

@@ -11,7 +11,8 @@
 /* Entries of a whole transform, groups included, stay below this. */
 #define LIMIT_ENTRY 1e9
 
-static void check_scale(struct reader *r, const struct json *scale)
+static void
+check_scale(struct reader *r, const struct json *scale)
 {
     const struct json *first = scale->type == JSON_ARRAY ? scale->child : scale;
     for (const struct json *n = first; n != NULL; n = n->next) {
@@ -23,8 +24,8 @@ static void check_scale(struct reader *r, const struct json *scale)
     }
 }
 
-static void check_matrix(struct reader *r, const struct json *matrix,
-                         const double m[16])
+static void
+check_matrix(struct reader *r, const struct json *matrix, const double m[16])
 {
     static const double last_row[4] = {0, 0, 0, 1};
     const struct json *n = matrix->child;
@@ -43,7 +44,8 @@ static void check_matrix(struct reader *r, const struct json *matrix,
               "the matrix cannot be inverted");
 }
 
-void check_step(struct reader *r, const struct json *object, void *to)
+void
+check_step(struct reader *r, const struct json *object, void *to)
 {
     static const char *const names[] = {"translate", "rotate", "scale",
                                         "matrix", "bounce"};
@@ -62,7 +64,8 @@ void check_step(struct reader *r, const struct json *object, void *to)
 }
 
 /* One step as a map; false if something is wrong with it. */
-static bool step_matrix(struct reader *r, const struct json *step, double m[12])
+static bool
+step_matrix(struct reader *r, const struct json *step, double m[12])
 {
     struct step_fields f = {.scale = {1, 1, 1}};
     uint32_t before = r->faults;
@@ -83,8 +86,9 @@ static bool step_matrix(struct reader *r, const struct json *step, double m[12])
     return true;
 }
 
-void read_transform(struct reader *r, const struct json *value,
-                    const struct field *field, void *to)
+void
+read_transform(struct reader *r, const struct json *value,
+               const struct field *field, void *to)
 {
     double m[12], step[12];
     bool good = true;
@@ -104,8 +108,9 @@ void read_transform(struct reader *r, const struct json *value,
 }
 
 /* The object's own transform inside of its groups'. */
-static void compose(struct reader *r, const struct json *object,
-                    const double own[12], double world[12])
+static void
+compose(struct reader *r, const struct json *object, const double own[12],
+        double world[12])
 {
     const struct json *transform = json_member(object, "transform");
     transform_multiply(r->context->to_world, own, world);
@@ -121,7 +126,8 @@ static void compose(struct reader *r, const struct json *object,
               "the steps together cannot be inverted");
 }
 
-static bool is_identity(const double m[12])
+static bool
+is_identity(const double m[12])
 {
     double identity[12];
     transform_identity(identity);
@@ -134,7 +140,8 @@ static bool is_identity(const double m[12])
 
 /* --- the tree ----------------------------------------------------------------------- */
 
-static uint32_t count_drawn(const struct json *array)
+static uint32_t
+count_drawn(const struct json *array)
 {
     uint32_t count = 0;
     if (array == NULL || array->type != JSON_ARRAY)
@@ -149,8 +156,8 @@ static uint32_t count_drawn(const struct json *array)
 }
 
 /* Read one object below r->context. */
-static void read_object(struct reader *r, const struct json *value,
-                        const char *path)
+static void
+read_object(struct reader *r, const struct json *value, const char *path)
 {
     const char *outer = r->path;
     r->path = or_word(path);
@@ -158,8 +165,9 @@ static void read_object(struct reader *r, const struct json *value,
     r->path = outer;
 }
 
-static void read_array(struct reader *r, const struct json *value,
-                       struct object_context *context)
+static void
+read_array(struct reader *r, const struct json *value,
+           struct object_context *context)
 {
     struct object_context *outer = r->context;
     uint32_t i = 0;
@@ -178,7 +186,8 @@ static void read_array(struct reader *r, const struct json *value,
     r->context = outer;
 }
 
-static struct object_context top_context(const char *path, bool drawn)
+static struct object_context
+top_context(const char *path, bool drawn)
 {
     struct object_context top = {
         .path = path,
@@ -190,8 +199,9 @@ static struct object_context top_context(const char *path, bool drawn)
     return top;
 }
 
-static void read_children(struct reader *r, const struct json *value,
-                          const struct scene_object *group)
+static void
+read_children(struct reader *r, const struct json *value,
+              const struct scene_object *group)
 {
     const struct json *object = value->parent;
     struct object_context inner = *r->context;
@@ -210,8 +220,9 @@ static void read_children(struct reader *r, const struct json *value,
     read_array(r, value, &inner);
 }
 
-void read_objects(struct reader *r, const struct json *value,
-                  const struct field *field, void *to)
+void
+read_objects(struct reader *r, const struct json *value,
+             const struct field *field, void *to)
 {
     if (value == NULL)
         return;
@@ -234,8 +245,9 @@ void read_objects(struct reader *r, const struct json *value,
     read_array(r, value, &top);
 }
 
-void read_definitions(struct reader *r, const struct json *value,
-                      const struct field *field, void *to)
+void
+read_definitions(struct reader *r, const struct json *value,
+                 const struct field *field, void *to)
 {
     struct object_context top = top_context("/definitions", false);
     (void)field, (void)to;
@@ -259,8 +271,9 @@ void read_definitions(struct reader *r, const struct json *value,
         read_array(r, value, &top);
 }
 
-void finish_object(struct reader *r, const struct json *object,
-                   const struct kind *kind, void *to)
+void
+finish_object(struct reader *r, const struct json *object,
+              const struct kind *kind, void *to)
 {
     struct scene_object made = *(const struct scene_object *)to;
     const struct object_context *context = r->context;
@@ -285,7 +298,8 @@ void finish_object(struct reader *r, const struct json *object,
 
 /* --- csg, instances, distance fields: checked, not drawn yet ------------------------------ */
 
-static bool is_closed(const struct json *object, const struct json **culprit)
+static bool
+is_closed(const struct json *object, const struct json **culprit)
 {
     static const char *const closed[] = {"sphere",  "box",   "cylinder", "cone",
                                          "capsule", "torus", "csg",      "sdf"};
@@ -305,8 +319,9 @@ static bool is_closed(const struct json *object, const struct json **culprit)
     return false;
 }
 
-void read_operand(struct reader *r, const struct json *value,
-                  const struct field *field, void *to)
+void
+read_operand(struct reader *r, const struct json *value,
+             const struct field *field, void *to)
 {
     struct object_context inner = *r->context, *outer = r->context;
     const struct json *culprit;
@@ -330,8 +345,9 @@ void read_operand(struct reader *r, const struct json *value,
     r->context = outer;
 }
 
-void read_definition_name(struct reader *r, const struct json *value,
-                          const struct field *field, void *to)
+void
+read_definition_name(struct reader *r, const struct json *value,
+                     const struct field *field, void *to)
 {
     const char *name;
     (void)field, (void)to;
@@ -340,8 +356,9 @@ void read_definition_name(struct reader *r, const struct json *value,
         fault_reference(r, value, "definition", &r->definitions);
 }
 
-void read_node(struct reader *r, const struct json *value,
-               const struct field *field, void *to)
+void
+read_node(struct reader *r, const struct json *value, const struct field *field,
+          void *to)
 {
     (void)to;
     if (value == NULL)
@@ -361,8 +378,9 @@ void read_node(struct reader *r, const struct json *value,
     r->sdf_depth--;
 }
 
-void read_nodes(struct reader *r, const struct json *value,
-                const struct field *field, void *to)
+void
+read_nodes(struct reader *r, const struct json *value,
+           const struct field *field, void *to)
 {
     if (value == NULL)
         return;
@@ -377,8 +395,9 @@ void read_nodes(struct reader *r, const struct json *value,
         read_node(r, n, field, to);
 }
 
-void finish_sdf(struct reader *r, const struct json *object,
-                const struct kind *kind, void *to)
+void
+finish_sdf(struct reader *r, const struct json *object, const struct kind *kind,
+           void *to)
 {
     const struct scene_object *node = to;
     const struct json *transform = json_member(object, "transform");

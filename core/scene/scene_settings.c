@@ -3,8 +3,8 @@
 
 #include "core/scene/kinds.h"
 
-static void put_color(struct json_writer *w, const char *key,
-                      const double color[3])
+static void
+put_color(struct json_writer *w, const char *key, const double color[3])
 {
     json_begin_array(w, key);
     for (int i = 0; i < 3; i++)
@@ -12,8 +12,8 @@ static void put_color(struct json_writer *w, const char *key,
     json_end_array(w);
 }
 
-static void put_integrator(struct json_writer *w,
-                           const struct scene_integrator *i)
+static void
+put_integrator(struct json_writer *w, const struct scene_integrator *i)
 {
     static const char *const accumulations[] = {"recursive", "mean",
                                                 "fresnel_weighted"};
@@ -39,7 +39,8 @@ static void put_integrator(struct json_writer *w,
     json_end_object(w);
 }
 
-void scene_write_settings(const struct scene *scene, struct bytes *out)
+void
+scene_write_settings(const struct scene *scene, struct bytes *out)
 {
     static const char *const samplers[] = {"center", "independent",
                                            "stratified", "sobol"};
@@ -62,7 +63,8 @@ void scene_write_settings(const struct scene *scene, struct bytes *out)
     json_end_object(&w);
 }
 
-void scene_write_object_counts(const struct scene *scene, struct bytes *out)
+void
+scene_write_object_counts(const struct scene *scene, struct bytes *out)
 {
     uint32_t counts[SHAPE_KIND_COUNT] = {0};
     struct json_writer w = {.out = out};

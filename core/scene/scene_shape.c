@@ -7,16 +7,17 @@
 #include "core/scene/transform.h"
 
 /* geometry.degenerate at the first of two members. */
-static void degenerate(struct reader *r, const struct json *object,
-                       const char *a, const char *b, const char *hint,
-                       const char *detail)
+static void
+degenerate(struct reader *r, const struct json *object, const char *a,
+           const char *b, const char *hint, const char *detail)
 {
     fault(r, ERROR_GEOMETRY_DEGENERATE,
           first_of(json_member(object, a), json_member(object, b)), hint, NULL,
           "%s", detail);
 }
 
-void check_box(struct reader *r, const struct json *object, void *to)
+void
+check_box(struct reader *r, const struct json *object, void *to)
 {
     double min[3], max[3];
     (void)to;
@@ -34,7 +35,8 @@ void check_box(struct reader *r, const struct json *object, void *to)
     }
 }
 
-void check_plane(struct reader *r, const struct json *object, void *to)
+void
+check_plane(struct reader *r, const struct json *object, void *to)
 {
     static const char *const names[] = {"offset", "point"};
     struct scene_object *made = to;
@@ -59,7 +61,8 @@ void check_plane(struct reader *r, const struct json *object, void *to)
               number_said(r, fabs(plane->offset)));
 }
 
-void check_quad(struct reader *r, const struct json *object, void *to)
+void
+check_quad(struct reader *r, const struct json *object, void *to)
 {
     double u[3], v[3], normal[3];
     (void)to;
@@ -75,7 +78,8 @@ void check_quad(struct reader *r, const struct json *object, void *to)
                    "`edge_u` and `edge_v` are parallel");
 }
 
-void check_disk(struct reader *r, const struct json *object, void *to)
+void
+check_disk(struct reader *r, const struct json *object, void *to)
 {
     double inner, radius;
     (void)to;
@@ -85,7 +89,8 @@ void check_disk(struct reader *r, const struct json *object, void *to)
                    "`inner_radius` is not less than `radius`");
 }
 
-void check_axis(struct reader *r, const struct json *object, void *to)
+void
+check_axis(struct reader *r, const struct json *object, void *to)
 {
     double from[3], end[3];
     (void)to;
@@ -96,7 +101,8 @@ void check_axis(struct reader *r, const struct json *object, void *to)
                    "`from` and `to` are the same point");
 }
 
-void check_torus(struct reader *r, const struct json *object, void *to)
+void
+check_torus(struct reader *r, const struct json *object, void *to)
 {
     double major, minor;
     (void)to;
@@ -108,8 +114,9 @@ void check_torus(struct reader *r, const struct json *object, void *to)
 }
 
 /* Three vectors of field->count numbers each, one per corner. */
-void read_vertices(struct reader *r, const struct json *value,
-                   const struct field *field, void *to)
+void
+read_vertices(struct reader *r, const struct json *value,
+              const struct field *field, void *to)
 {
     bool normals = strcmp(field->name, "normals") == 0;
     double numbers[9] = {0};
@@ -139,7 +146,8 @@ void read_vertices(struct reader *r, const struct json *value,
            3 * field->count * sizeof(double));
 }
 
-void check_triangle(struct reader *r, const struct json *object, void *to)
+void
+check_triangle(struct reader *r, const struct json *object, void *to)
 {
     struct scene_object *made = to;
     struct shape_triangle *triangle = &made->shape.triangle;

@@ -8,8 +8,8 @@
 /* --- textures ---------------------------------------------------------------------- */
 
 /* Named ones stand at their array index, inline ones behind them. */
-static void put(struct reader *r, struct vector *vector, const void *item,
-                size_t size)
+static void
+put(struct reader *r, struct vector *vector, const void *item, size_t size)
 {
     if (r->slot != SCENE_NONE && (uint32_t)r->slot < vector->count)
         memcpy((char *)vector->items + (size_t)r->slot * size, item, size);
@@ -17,8 +17,9 @@ static void put(struct reader *r, struct vector *vector, const void *item,
         reader_push(r, vector, item, size);
 }
 
-void finish_texture(struct reader *r, const struct json *object,
-                    const struct kind *kind, void *to)
+void
+finish_texture(struct reader *r, const struct json *object,
+               const struct kind *kind, void *to)
 {
     struct scene_texture texture = *(const struct scene_texture *)to;
     (void)object;
@@ -28,8 +29,9 @@ void finish_texture(struct reader *r, const struct json *object,
 
 /* --- materials --------------------------------------------------------------------- */
 
-void finish_material(struct reader *r, const struct json *object,
-                     const struct kind *kind, void *to)
+void
+finish_material(struct reader *r, const struct json *object,
+                const struct kind *kind, void *to)
 {
     struct scene_material material = *(const struct scene_material *)to;
     struct paint *const paints[] = {&material.diffuse, &material.ambient,
@@ -49,14 +51,16 @@ void finish_material(struct reader *r, const struct json *object,
     put(r, &r->material_items, &material, sizeof material);
 }
 
-static bool same_paint(const struct paint *a, const struct paint *b)
+static bool
+same_paint(const struct paint *a, const struct paint *b)
 {
     return a->texture == b->texture && a->color[0] == b->color[0] &&
            a->color[1] == b->color[1] && a->color[2] == b->color[2];
 }
 
 /* Is it what an object without a material gets? Then all share one. */
-static bool is_default(const struct scene_material *m)
+static bool
+is_default(const struct scene_material *m)
 {
     static const struct paint grey = {{0.8, 0.8, 0.8}, SCENE_NONE};
     static const struct paint none = {{0, 0, 0}, SCENE_NONE};
@@ -66,7 +70,8 @@ static bool is_default(const struct scene_material *m)
 }
 
 /* An inline material, or (NULL) the default one; its index. */
-static int32_t inline_material(struct reader *r, const struct json *value)
+static int32_t
+inline_material(struct reader *r, const struct json *value)
 {
     static const struct scene_material plain = {
         .kind = MATERIAL_LAMBERT,
@@ -104,8 +109,9 @@ static int32_t inline_material(struct reader *r, const struct json *value)
     return (int32_t)index;
 }
 
-void read_material(struct reader *r, const struct json *value,
-                   const struct field *field, void *to)
+void
+read_material(struct reader *r, const struct json *value,
+              const struct field *field, void *to)
 {
     int32_t index = SCENE_NONE;
     if (value == NULL) {
@@ -126,14 +132,16 @@ void read_material(struct reader *r, const struct json *value,
         *(int32_t *)(void *)((char *)to + field->offset) = index;
 }
 
-int32_t default_material(struct reader *r)
+int32_t
+default_material(struct reader *r)
 {
     return inline_material(r, NULL);
 }
 
 /* mix: a number, a texture's name or a texture. */
-void read_weight(struct reader *r, const struct json *value,
-                 const struct field *field, void *to)
+void
+read_weight(struct reader *r, const struct json *value,
+            const struct field *field, void *to)
 {
     static const struct field share = {
         .name = "weight", .type = FIELD_NUMBER, .max = 1, .offset = FIELD_SKIP};
@@ -152,8 +160,9 @@ void read_weight(struct reader *r, const struct json *value,
 
 /* --- assets ------------------------------------------------------------------------ */
 
-void read_asset_name(struct reader *r, const struct json *value,
-                     const struct field *field, void *to)
+void
+read_asset_name(struct reader *r, const struct json *value,
+                const struct field *field, void *to)
 {
     const char *name;
     (void)field, (void)to;
@@ -162,8 +171,9 @@ void read_asset_name(struct reader *r, const struct json *value,
         fault_reference(r, value, "asset", &r->assets);
 }
 
-static void read_hash(struct reader *r, const struct json *value,
-                      const struct field *field, void *to)
+static void
+read_hash(struct reader *r, const struct json *value, const struct field *field,
+          void *to)
 {
     (void)field, (void)to;
     if (value == NULL)
@@ -186,8 +196,9 @@ static const struct field asset_fields[] = {
 static const struct kind kind_asset = {"asset", 0, true,
                                        FIELDS_OF(asset_fields), NULL};
 
-void read_assets(struct reader *r, const struct json *value,
-                 const struct field *field, void *to)
+void
+read_assets(struct reader *r, const struct json *value,
+            const struct field *field, void *to)
 {
     uint32_t before = r->faults;
     if (value == NULL || value->count == 0) {
@@ -222,7 +233,8 @@ void read_assets(struct reader *r, const struct json *value,
 
 /* --- lights ------------------------------------------------------------------------- */
 
-void check_directional(struct reader *r, const struct json *object, void *to)
+void
+check_directional(struct reader *r, const struct json *object, void *to)
 {
     static const char *const names[] = {"direction", "to_light"};
     (void)to;
@@ -233,7 +245,8 @@ void check_directional(struct reader *r, const struct json *object, void *to)
               NULL, "a `directional` light needs `direction` or `to_light`");
 }
 
-void check_spot(struct reader *r, const struct json *object, void *to)
+void
+check_spot(struct reader *r, const struct json *object, void *to)
 {
     double inner, outer, position[3], target[3];
     (void)to;
@@ -253,8 +266,9 @@ void check_spot(struct reader *r, const struct json *object, void *to)
               NULL, NULL, "`position` and `target` are the same point");
 }
 
-void finish_light(struct reader *r, const struct json *object,
-                  const struct kind *kind, void *to)
+void
+finish_light(struct reader *r, const struct json *object,
+             const struct kind *kind, void *to)
 {
     const struct light_fields *f = to;
     struct scene_light light = f->light;
@@ -274,8 +288,9 @@ void finish_light(struct reader *r, const struct json *object,
     reader_push(r, &r->light_items, &light, sizeof light);
 }
 
-void read_lights(struct reader *r, const struct json *value,
-                 const struct field *field, void *to)
+void
+read_lights(struct reader *r, const struct json *value,
+            const struct field *field, void *to)
 {
     static const struct field list = {.name = "lights",
                                       .type = FIELD_LIST,

@@ -11,8 +11,9 @@ enum { ROWS_MAX = 64 };
 
 /* --- simple values ------------------------------------------------------------------ */
 
-static void put_numbers(struct writer *w, const char *key,
-                        const double *numbers, uint32_t count)
+static void
+put_numbers(struct writer *w, const char *key, const double *numbers,
+            uint32_t count)
 {
     json_begin_array(&w->json, key);
     for (uint32_t i = 0; i < count; i++)
@@ -20,8 +21,9 @@ static void put_numbers(struct writer *w, const char *key,
     json_end_array(&w->json);
 }
 
-void write_numbers(struct writer *w, const char *key, const struct json *object,
-                   const struct json *value)
+void
+write_numbers(struct writer *w, const char *key, const struct json *object,
+              const struct json *value)
 {
     if (value == NULL)
         return;
@@ -35,8 +37,8 @@ void write_numbers(struct writer *w, const char *key, const struct json *object,
     json_end_array(&w->json);
 }
 
-static void write_color(struct writer *w, const char *key,
-                        const struct json *value)
+static void
+write_color(struct writer *w, const char *key, const struct json *value)
 {
     double color[3];
     if (value->type == JSON_STRING && srgb_hex(value->string, color))
@@ -45,9 +47,10 @@ static void write_color(struct writer *w, const char *key,
         write_numbers(w, key, NULL, value);
 }
 
-static void write_scale(struct writer *w, const char *key,
-                        const struct field *field, const struct json *object,
-                        const struct json *value, const double def[4])
+static void
+write_scale(struct writer *w, const char *key, const struct field *field,
+            const struct json *object, const struct json *value,
+            const double def[4])
 {
     uint32_t count =
         field->count != 0 ? field->count : texture_coordinates(object);
@@ -61,7 +64,8 @@ static void write_scale(struct writer *w, const char *key,
     put_numbers(w, key, numbers, count);
 }
 
-static const char *choice_name(const struct field *field, int value)
+static const char *
+choice_name(const struct field *field, int value)
 {
     for (size_t i = 0; i < field->choice_count; i++) {
         if (field->choices[i].value == value)
@@ -72,20 +76,22 @@ static const char *choice_name(const struct field *field, int value)
 
 /* --- by the rows ----------------------------------------------------------------------- */
 
-static void write_members(struct writer *w, const char *key,
-                          const struct family *family, const struct kind *kind,
-                          const struct json *object);
+static void
+write_members(struct writer *w, const char *key, const struct family *family,
+              const struct kind *kind, const struct json *object);
 
-static void write_family(struct writer *w, const char *key,
-                         const struct family *family, const struct json *object)
+static void
+write_family(struct writer *w, const char *key, const struct family *family,
+             const struct json *object)
 {
     const struct kind *kind =
         object != NULL ? family_kind_of(family, object) : family->fallback;
     write_members(w, key, family, kind, object);
 }
 
-static void write_given(struct writer *w, const struct field *field,
-                        const struct json *object, const struct json *value)
+static void
+write_given(struct writer *w, const struct field *field,
+            const struct json *object, const struct json *value)
 {
     const char *key = field->name;
     if (value->type == JSON_NULL) {
@@ -125,8 +131,9 @@ static void write_given(struct writer *w, const struct field *field,
     }
 }
 
-static void write_default(struct writer *w, const struct field *field,
-                          const struct json *object)
+static void
+write_default(struct writer *w, const struct field *field,
+              const struct json *object)
 {
     const char *key = field->name;
     double def[4];
@@ -161,8 +168,9 @@ static void write_default(struct writer *w, const struct field *field,
     }
 }
 
-static void write_field(struct writer *w, const struct field *field,
-                        const struct json *object)
+static void
+write_field(struct writer *w, const struct field *field,
+            const struct json *object)
 {
     const struct json *value = json_member(object, field->name);
     if (field->flags & (FIELD_NOT_YET | FIELD_DROPPED))
@@ -176,9 +184,9 @@ static void write_field(struct writer *w, const struct field *field,
 }
 
 /* All members of a kind, sorted by name; `type` is one of them. */
-static void write_members(struct writer *w, const char *key,
-                          const struct family *family, const struct kind *kind,
-                          const struct json *object)
+static void
+write_members(struct writer *w, const char *key, const struct family *family,
+              const struct kind *kind, const struct json *object)
 {
     static const struct field type = {.name = "type"};
     const struct field *rows[ROWS_MAX];
@@ -209,16 +217,18 @@ static void write_members(struct writer *w, const char *key,
 
 /* --- fields with a writer of their own ---------------------------------------------------- */
 
-void write_assets(struct writer *w, const char *key, const struct json *object,
-                  const struct json *value)
+void
+write_assets(struct writer *w, const char *key, const struct json *object,
+             const struct json *value)
 {
     (void)object, (void)value;
     json_begin_object(&w->json, key); /* none can be used yet */
     json_end_object(&w->json);
 }
 
-void write_lights(struct writer *w, const char *key, const struct json *object,
-                  const struct json *value)
+void
+write_lights(struct writer *w, const char *key, const struct json *object,
+             const struct json *value)
 {
     static const double color[3] = {0.8, 0.8, 0.8}, to_light[3] = {1, 2, 3};
     (void)object;
@@ -237,8 +247,9 @@ void write_lights(struct writer *w, const char *key, const struct json *object,
     json_end_array(&w->json);
 }
 
-void write_objects(struct writer *w, const char *key, const struct json *object,
-                   const struct json *value)
+void
+write_objects(struct writer *w, const char *key, const struct json *object,
+              const struct json *value)
 {
     bool outer = w->inherits;
     if (value == NULL)
@@ -252,8 +263,9 @@ void write_objects(struct writer *w, const char *key, const struct json *object,
     w->inherits = outer;
 }
 
-void write_material(struct writer *w, const char *key,
-                    const struct json *object, const struct json *value)
+void
+write_material(struct writer *w, const char *key, const struct json *object,
+               const struct json *value)
 {
     bool group = is_text(json_member(object, "type"), "group");
     if (value == NULL && !group && !w->inherits)
@@ -265,8 +277,9 @@ void write_material(struct writer *w, const char *key,
         write_family(w, key, &family_material, value);
 }
 
-void write_transform(struct writer *w, const char *key,
-                     const struct json *object, const struct json *value)
+void
+write_transform(struct writer *w, const char *key, const struct json *object,
+                const struct json *value)
 {
     (void)object;
     json_begin_array(&w->json, key);
@@ -276,7 +289,8 @@ void write_transform(struct writer *w, const char *key,
     json_end_array(&w->json);
 }
 
-void scene_write_canonical(const struct json *root, struct bytes *out)
+void
+scene_write_canonical(const struct json *root, struct bytes *out)
 {
     struct writer w = {.json = {.out = out}, .root = root};
     write_members(&w, NULL, NULL, &kind_scene, root);

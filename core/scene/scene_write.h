@@ -16,18 +16,24 @@ struct writer {
 
 /* `value` is NULL where the member is absent from `object`: its default is
  * written, if it has one. */
-void write_assets(struct writer *w, const char *key, const struct json *object,
-                  const struct json *value);
-void write_lights(struct writer *w, const char *key, const struct json *object,
-                  const struct json *value);
-void write_objects(struct writer *w, const char *key, const struct json *object,
-                   const struct json *value);
-void write_material(struct writer *w, const char *key,
-                    const struct json *object, const struct json *value);
-void write_transform(struct writer *w, const char *key,
-                     const struct json *object, const struct json *value);
+void
+write_assets(struct writer *w, const char *key, const struct json *object,
+             const struct json *value);
+void
+write_lights(struct writer *w, const char *key, const struct json *object,
+             const struct json *value);
+void
+write_objects(struct writer *w, const char *key, const struct json *object,
+              const struct json *value);
+void
+write_material(struct writer *w, const char *key, const struct json *object,
+               const struct json *value);
+void
+write_transform(struct writer *w, const char *key, const struct json *object,
+                const struct json *value);
 /* Numbers, and arrays of them, as they are. */
-void write_numbers(struct writer *w, const char *key, const struct json *object,
-                   const struct json *value);
+void
+write_numbers(struct writer *w, const char *key, const struct json *object,
+              const struct json *value);
 
 #endif

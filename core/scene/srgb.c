@@ -261,7 +261,8 @@ const double srgb_linear[256] = {
     1.0,
 };
 
-static int hex_digit(char c)
+static int
+hex_digit(char c)
 {
     if (c >= '0' && c <= '9')
         return c - '0';
@@ -272,7 +273,8 @@ static int hex_digit(char c)
     return -1;
 }
 
-bool srgb_hex(const char *text, double rgb[3])
+bool
+srgb_hex(const char *text, double rgb[3])
 {
     if (text[0] != '#')
         return false;

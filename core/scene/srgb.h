@@ -10,6 +10,7 @@
 extern const double srgb_linear[256];
 
 /* False unless `text` is # and six hexadecimal digits. */
-bool srgb_hex(const char *text, double rgb[3]);
+bool
+srgb_hex(const char *text, double rgb[3]);
 
 #endif

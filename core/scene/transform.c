@@ -5,13 +5,15 @@
 
 #include "core/scene/angle.h"
 
-void transform_identity(double m[12])
+void
+transform_identity(double m[12])
 {
     static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     memcpy(m, identity, sizeof identity);
 }
 
-void transform_multiply(const double a[12], const double b[12], double out[12])
+void
+transform_multiply(const double a[12], const double b[12], double out[12])
 {
     double m[12];
     for (int row = 0; row < 3; row++) {
@@ -24,7 +26,8 @@ void transform_multiply(const double a[12], const double b[12], double out[12])
     memcpy(out, m, sizeof m);
 }
 
-void transform_rotation(const double axis[3], double degrees, double m[12])
+void
+transform_rotation(const double axis[3], double degrees, double m[12])
 {
     double n[3], s, c;
     vector_unit(axis, n);
@@ -41,7 +44,8 @@ void transform_rotation(const double axis[3], double degrees, double m[12])
     memcpy(m, r, sizeof r);
 }
 
-static void columns(const double m[12], double x[3], double y[3], double z[3])
+static void
+columns(const double m[12], double x[3], double y[3], double z[3])
 {
     for (int row = 0; row < 3; row++) {
         x[row] = m[4 * row];
@@ -50,7 +54,8 @@ static void columns(const double m[12], double x[3], double y[3], double z[3])
     }
 }
 
-bool transform_regular(const double m[12])
+bool
+transform_regular(const double m[12])
 {
     double x[3], y[3], z[3], normal[3];
     columns(m, x, y, z);
@@ -63,7 +68,8 @@ bool transform_regular(const double m[12])
     return fabs(vector_dot(normal, z)) >= 1e-9;
 }
 
-bool transform_within(const double m[12], double limit)
+bool
+transform_within(const double m[12], double limit)
 {
     double x[3], y[3], z[3];
     for (int i = 0; i < 12; i++) {
@@ -75,7 +81,8 @@ bool transform_within(const double m[12], double limit)
            vector_length(z) >= 1 / limit;
 }
 
-bool transform_uniform(const double m[12])
+bool
+transform_uniform(const double m[12])
 {
     double x[3], y[3], z[3];
     columns(m, x, y, z);
@@ -88,19 +95,22 @@ bool transform_uniform(const double m[12])
            fabs(vector_dot(z, x)) <= most;
 }
 
-double vector_dot(const double a[3], const double b[3])
+double
+vector_dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-void vector_cross(const double a[3], const double b[3], double out[3])
+void
+vector_cross(const double a[3], const double b[3], double out[3])
 {
     const double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
                          a[0] * b[1] - a[1] * b[0]};
     memcpy(out, c, sizeof c);
 }
 
-static double largest(const double a[3])
+static double
+largest(const double a[3])
 {
     double most = fabs(a[0]);
     if (fabs(a[1]) > most)
@@ -110,7 +120,8 @@ static double largest(const double a[3])
     return most;
 }
 
-void vector_unit(const double a[3], double out[3])
+void
+vector_unit(const double a[3], double out[3])
 {
     /* Divided by the largest first: no square is lost or overflows. */
     double most = largest(a);
@@ -120,7 +131,8 @@ void vector_unit(const double a[3], double out[3])
         out[i] = b[i] / length;
 }
 
-double vector_length(const double a[3])
+double
+vector_length(const double a[3])
 {
     double most = largest(a);
     if (most == 0)

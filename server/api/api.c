@@ -10,7 +10,8 @@
 
 enum { BODY_NONE_MAX = 1024 };
 
-struct api *api_new(const struct api_options *options, struct error *err)
+struct api *
+api_new(const struct api_options *options, struct error *err)
 {
     struct api *api = calloc(1, sizeof *api);
 
@@ -32,7 +33,8 @@ struct api *api_new(const struct api_options *options, struct error *err)
     return api;
 }
 
-void api_free(struct api *api)
+void
+api_free(struct api *api)
 {
     if (!api)
         return;
@@ -40,20 +42,23 @@ void api_free(struct api *api)
     free(api);
 }
 
-void api_connect(struct api *api, struct store *store, struct blobs *blobs,
-                 struct pool *pool)
+void
+api_connect(struct api *api, struct store *store, struct blobs *blobs,
+            struct pool *pool)
 {
     api->store = store;
     api->blobs = blobs;
     events_connect_pool(api->events, pool);
 }
 
-void api_connect_http(struct api *api, struct http *http)
+void
+api_connect_http(struct api *api, struct http *http)
 {
     events_connect_http(api->events, http);
 }
 
-void api_on_change(void *user, const struct job *job, bool deleted)
+void
+api_on_change(void *user, const struct job *job, bool deleted)
 {
     struct api *api = user;
 
@@ -63,14 +68,16 @@ void api_on_change(void *user, const struct job *job, bool deleted)
         events_kick_pool(api->events);
 }
 
-void api_drain(struct api *api)
+void
+api_drain(struct api *api)
 {
     atomic_store(&api->draining, true);
 }
 
 /* --- gates: before a handler is called; false: answered --- */
 
-static bool gate_origin(struct call *call)
+static bool
+gate_origin(struct call *call)
 {
     const struct api *api = call->api;
     const char *host = request_header(call->request, "Host");
@@ -93,7 +100,8 @@ static bool gate_origin(struct call *call)
     return true;
 }
 
-static bool gate_route(struct call *call)
+static bool
+gate_route(struct call *call)
 {
     struct request *request = call->request;
     bool path_known;
@@ -128,7 +136,8 @@ struct stranger {
     size_t seen_count;
 };
 
-static bool look_at_query(void *user, const char *name, const char *value)
+static bool
+look_at_query(void *user, const char *name, const char *value)
 {
     struct stranger *stranger = user;
     size_t i;
@@ -149,7 +158,8 @@ static bool look_at_query(void *user, const char *name, const char *value)
     return true;
 }
 
-static bool gate_query(struct call *call)
+static bool
+gate_query(struct call *call)
 {
     struct stranger stranger = {.route = call->route};
 
@@ -167,14 +177,16 @@ static bool gate_query(struct call *call)
     return !stranger.unknown && !stranger.twice;
 }
 
-static bool pass_gates(struct call *call)
+static bool
+pass_gates(struct call *call)
 {
     reply_header(call->request, call->reply, "X-Content-Type-Options",
                  "nosniff");
     return gate_origin(call) && gate_route(call) && gate_query(call);
 }
 
-static uint64_t body_limit(const struct api *api, const struct route *route)
+static uint64_t
+body_limit(const struct api *api, const struct route *route)
 {
     if (!route || route->body == BODY_NONE)
         return BODY_NONE_MAX;
@@ -185,8 +197,8 @@ static uint64_t body_limit(const struct api *api, const struct route *route)
 
 /* --- the handler that http calls --- */
 
-static uint64_t api_admit(void *app, struct request *request,
-                          struct reply *reply)
+static uint64_t
+api_admit(void *app, struct request *request, struct reply *reply)
 {
     struct call call = {.api = app, .request = request, .reply = reply};
     struct reply untouched = *reply;
@@ -197,8 +209,9 @@ static uint64_t api_admit(void *app, struct request *request,
     return body_limit(app, call.route);
 }
 
-static enum http_verdict api_handle(void *app, struct request *request,
-                                    struct reply *reply, int64_t *park_ms)
+static enum http_verdict
+api_handle(void *app, struct request *request, struct reply *reply,
+           int64_t *park_ms)
 {
     struct call call = {.api = app,
                         .request = request,
@@ -219,15 +232,16 @@ static enum http_verdict api_handle(void *app, struct request *request,
     return HTTP_REPLY;
 }
 
-static void nobody_waits(void *user, const struct job *job,
-                         const struct error *err)
+static void
+nobody_waits(void *user, const struct job *job, const struct error *err)
 {
     (void)user;
     (void)job;
     (void)err;
 }
 
-static void api_finish(void *app, struct request *request, bool gone)
+static void
+api_finish(void *app, struct request *request, bool gone)
 {
     struct api *api = app;
     struct visit *visit = request->state;
@@ -248,13 +262,15 @@ static void api_finish(void *app, struct request *request, bool gone)
     request->state = NULL;
 }
 
-static void write_limit(struct json_writer *w, const void *limit)
+static void
+write_limit(struct json_writer *w, const void *limit)
 {
     json_put_integer(w, "limit", (int64_t) * (const uint64_t *)limit);
 }
 
-static void api_refuse(void *app, struct request *request, struct reply *reply,
-                       enum http_refusal why, const char *detail)
+static void
+api_refuse(void *app, struct request *request, struct reply *reply,
+           enum http_refusal why, const char *detail)
 {
     static const enum problem_kind kinds[] = {
         [HTTP_REFUSE_MALFORMED] = PROBLEM_REQUEST_MALFORMED,
@@ -285,7 +301,8 @@ static void api_refuse(void *app, struct request *request, struct reply *reply,
     problem_reply(request, reply, &problem);
 }
 
-struct http_handler api_handler(struct api *api)
+struct http_handler
+api_handler(struct api *api)
 {
     return (struct http_handler){
         .app = api,

@@ -26,22 +26,29 @@ struct api_options {
 
 /* The store may be opened before the api exists: pass api_on_change with the
  * api as user. */
-struct api *api_new(const struct api_options *options, struct error *err);
+struct api *
+api_new(const struct api_options *options, struct error *err);
 
 /* Before http_start's first request. The pool is called until it is
  * connected again as NULL, or the store is closed. */
-void api_connect(struct api *api, struct store *store, struct blobs *blobs,
-                 struct pool *pool);
-void api_connect_http(struct api *api, struct http *http);
+void
+api_connect(struct api *api, struct store *store, struct blobs *blobs,
+            struct pool *pool);
+void
+api_connect_http(struct api *api, struct http *http);
 
-struct http_handler api_handler(struct api *api);
+struct http_handler
+api_handler(struct api *api);
 
 /* store_change_fn: wakes whoever waits for that job, and the pool. */
-void api_on_change(void *api, const struct job *job, bool deleted);
+void
+api_on_change(void *api, const struct job *job, bool deleted);
 
 /* New submissions get 503 draining, /readyz 503. */
-void api_drain(struct api *api);
+void
+api_drain(struct api *api);
 
-void api_free(struct api *api);
+void
+api_free(struct api *api);
 
 #endif

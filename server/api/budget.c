@@ -10,13 +10,14 @@ struct budget {
     double rays, seconds, memory_bytes; /* allowed; 0: no limit */
 };
 
-static double or_default(double value, double otherwise)
+static double
+or_default(double value, double otherwise)
 {
     return value > 0 ? value : otherwise;
 }
 
-static struct budget budget_of(const struct api_options *options,
-                               const struct order *order)
+static struct budget
+budget_of(const struct api_options *options, const struct order *order)
 {
     return (struct budget){
         .options = options,
@@ -28,14 +29,16 @@ static struct budget budget_of(const struct api_options *options,
     };
 }
 
-static bool within(double value, double limit)
+static bool
+within(double value, double limit)
 {
     return limit <= 0 || value <= limit;
 }
 
 /* Would the scene fit with these settings? Speed stays what it was. */
-static bool fits(const struct budget *budget, uint32_t width, uint32_t height,
-                 uint32_t spp, uint32_t max_bounces)
+static bool
+fits(const struct budget *budget, uint32_t width, uint32_t height, uint32_t spp,
+     uint32_t max_bounces)
 {
     const struct order *order = budget->order;
     struct scene scene = order->scene;
@@ -53,15 +56,17 @@ static bool fits(const struct budget *budget, uint32_t width, uint32_t height,
            within(cost.memory_bytes, budget->memory_bytes);
 }
 
-static uint32_t side_for(double width, double height, uint32_t fit_width)
+static uint32_t
+side_for(double width, double height, uint32_t fit_width)
 {
     double side = height * fit_width / width;
 
     return side < 1 ? 1 : (uint32_t)side;
 }
 
-void budget_fit_film(double width, double height, double max_pixels,
-                     uint32_t *fit_width, uint32_t *fit_height)
+void
+budget_fit_film(double width, double height, double max_pixels,
+                uint32_t *fit_width, uint32_t *fit_height)
 {
     uint32_t low = 1, high = FILM_SIDE_MAX;
 
@@ -80,7 +85,8 @@ void budget_fit_film(double width, double height, double max_pixels,
 }
 
 /* Each looks for the largest smaller value of one setting; 0 if none fits. */
-static uint32_t fit_spp(const struct budget *budget)
+static uint32_t
+fit_spp(const struct budget *budget)
 {
     const struct scene *scene = &budget->order->scene;
     uint32_t low = 0, high = scene->sampler.spp - 1, root;
@@ -101,7 +107,8 @@ static uint32_t fit_spp(const struct budget *budget)
     return root * root; /* a stratified pixel is a square of cells */
 }
 
-static uint32_t fit_width(const struct budget *budget, uint32_t *height)
+static uint32_t
+fit_width(const struct budget *budget, uint32_t *height)
 {
     const struct scene *scene = &budget->order->scene;
     uint32_t low = 0, high = scene->width - 1;
@@ -120,7 +127,8 @@ static uint32_t fit_width(const struct budget *budget, uint32_t *height)
 }
 
 /* -1 if none fits */
-static int64_t fit_bounces(const struct budget *budget)
+static int64_t
+fit_bounces(const struct budget *budget)
 {
     const struct scene *scene = &budget->order->scene;
     int64_t bounces = (int64_t)scene->integrator.max_bounces - 1;
@@ -131,8 +139,9 @@ static int64_t fit_bounces(const struct budget *budget)
     return bounces;
 }
 
-static void write_fit(struct json_writer *w, const struct order *order,
-                      const char *pointer, double value)
+static void
+write_fit(struct json_writer *w, const struct order *order, const char *pointer,
+          double value)
 {
     struct bytes path = {0};
 
@@ -141,8 +150,9 @@ static void write_fit(struct json_writer *w, const struct order *order,
     bytes_clear(&path);
 }
 
-static void write_film_fit(struct json_writer *w, const struct order *order,
-                           uint32_t width, uint32_t height)
+static void
+write_film_fit(struct json_writer *w, const struct order *order, uint32_t width,
+               uint32_t height)
 {
     json_begin_object(w, NULL);
     write_fit(w, order, "/film/width", width);
@@ -151,7 +161,8 @@ static void write_film_fit(struct json_writer *w, const struct order *order,
 }
 
 /* Each entry alone is enough. */
-static void write_fits(struct json_writer *w, const struct budget *budget)
+static void
+write_fits(struct json_writer *w, const struct budget *budget)
 {
     const struct order *order = budget->order;
     uint32_t height, width = fit_width(budget, &height);
@@ -174,7 +185,8 @@ static void write_fits(struct json_writer *w, const struct budget *budget)
     json_end_array(w);
 }
 
-static void put_limit(struct json_writer *w, const char *key, double value)
+static void
+put_limit(struct json_writer *w, const char *key, double value)
 {
     if (value > 0)
         json_put_number(w, key, value);
@@ -182,7 +194,8 @@ static void put_limit(struct json_writer *w, const char *key, double value)
         json_put_null(w, key);
 }
 
-static void write_budget(struct json_writer *w, const void *user)
+static void
+write_budget(struct json_writer *w, const void *user)
 {
     const struct budget *budget = user;
     const struct scene_cost *cost = &budget->order->cost;
@@ -201,7 +214,8 @@ static void write_budget(struct json_writer *w, const void *user)
 }
 
 /* Which limit it is over, NULL if none. */
-static const char *sentence(const struct budget *budget, struct arena *arena)
+static const char *
+sentence(const struct budget *budget, struct arena *arena)
 {
     const struct scene_cost *cost = &budget->order->cost;
 
@@ -222,7 +236,8 @@ static const char *sentence(const struct budget *budget, struct arena *arena)
     return NULL;
 }
 
-enum http_verdict budget_refuse(struct call *call, const struct order *order)
+enum http_verdict
+budget_refuse(struct call *call, const struct order *order)
 {
     struct budget budget = budget_of(&call->api->options, order);
     struct problem problem = {
@@ -236,7 +251,8 @@ enum http_verdict budget_refuse(struct call *call, const struct order *order)
     return call_show_problem(call, &problem);
 }
 
-bool budget_check(struct call *call, const struct order *order)
+bool
+budget_check(struct call *call, const struct order *order)
 {
     struct budget budget = budget_of(&call->api->options, order);
 
@@ -246,7 +262,8 @@ bool budget_check(struct call *call, const struct order *order)
     return false;
 }
 
-void budget_write_pixels(struct json_writer *w, const void *user)
+void
+budget_write_pixels(struct json_writer *w, const void *user)
 {
     const struct order *order = user;
     const struct json *film = json_member(order->document.scene, "film");

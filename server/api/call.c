@@ -9,7 +9,8 @@
 
 enum { COMMIT_WAIT_US = 60 * 1000000 };
 
-enum http_verdict call_park(struct call *call)
+enum http_verdict
+call_park(struct call *call)
 {
     int64_t left_us = call->visit->deadline_us - clock_monotonic_us();
 
@@ -17,19 +18,21 @@ enum http_verdict call_park(struct call *call)
     return HTTP_PARK;
 }
 
-bool call_is_late(const struct call *call)
+bool
+call_is_late(const struct call *call)
 {
     return call->request->timed_out ||
            clock_monotonic_us() >= call->visit->deadline_us;
 }
 
-bool call_waits_in_vain(const struct call *call, const struct job *job)
+bool
+call_waits_in_vain(const struct call *call, const struct job *job)
 {
     return job->state == JOB_QUEUED && atomic_load(&call->api->draining);
 }
 
-enum http_verdict call_show_problem(struct call *call,
-                                    const struct problem *problem)
+enum http_verdict
+call_show_problem(struct call *call, const struct problem *problem)
 {
     if (call->visit && call->visit->show_problem)
         call->visit->show_problem(call, problem);
@@ -38,8 +41,8 @@ enum http_verdict call_show_problem(struct call *call,
     return HTTP_REPLY;
 }
 
-enum http_verdict call_problem(struct call *call, enum problem_kind kind,
-                               const char *format, ...)
+enum http_verdict
+call_problem(struct call *call, enum problem_kind kind, const char *format, ...)
 {
     struct problem problem = {.kind = kind};
     va_list args;
@@ -50,8 +53,9 @@ enum http_verdict call_problem(struct call *call, enum problem_kind kind,
     return call_show_problem(call, &problem);
 }
 
-enum http_verdict call_body(struct call *call, unsigned status,
-                            const char *media_type, struct bytes *body)
+enum http_verdict
+call_body(struct call *call, unsigned status, const char *media_type,
+          struct bytes *body)
 {
     if (body->failed) {
         bytes_clear(body);
@@ -65,8 +69,9 @@ enum http_verdict call_body(struct call *call, unsigned status,
     return HTTP_REPLY;
 }
 
-void call_write_job(struct call *call, struct json_writer *w, const char *key,
-                    const struct job *job)
+void
+call_write_job(struct call *call, struct json_writer *w, const char *key,
+               const struct job *job)
 {
     struct job_around around = {
         .isa = call->api->isa,
@@ -82,8 +87,8 @@ void call_write_job(struct call *call, struct json_writer *w, const char *key,
     job_json_write(w, key, job, &around);
 }
 
-enum http_verdict call_job(struct call *call, unsigned status,
-                           const struct job *job)
+enum http_verdict
+call_job(struct call *call, unsigned status, const struct job *job)
 {
     struct bytes body = {0};
     struct json_writer w = {.out = &body};
@@ -96,8 +101,8 @@ enum http_verdict call_job(struct call *call, unsigned status,
     return call_body(call, status, "application/json", &body);
 }
 
-enum http_verdict call_file(struct call *call, const struct file *file,
-                            const char *media_type)
+enum http_verdict
+call_file(struct call *call, const struct file *file, const char *media_type)
 {
     const char *etag =
         arena_printf(call->request->arena, "\"%.32s\"", file->sha256);
@@ -117,7 +122,8 @@ enum http_verdict call_file(struct call *call, const struct file *file,
     return HTTP_REPLY;
 }
 
-enum http_verdict call_store_problem(struct call *call, const struct error *err)
+enum http_verdict
+call_store_problem(struct call *call, const struct error *err)
 {
     static const struct {
         enum error_code code;
@@ -142,7 +148,8 @@ struct available {
     size_t count;
 };
 
-static void write_available(struct json_writer *w, const void *user)
+static void
+write_available(struct json_writer *w, const void *user)
 {
     const struct available *available = user;
     size_t i;
@@ -153,9 +160,9 @@ static void write_available(struct json_writer *w, const void *user)
     json_end_array(w);
 }
 
-enum http_verdict call_not_acceptable(struct call *call,
-                                      const char *const *available,
-                                      size_t count, const char *detail)
+enum http_verdict
+call_not_acceptable(struct call *call, const char *const *available,
+                    size_t count, const char *detail)
 {
     struct available list = {available, count};
     struct problem problem = {
@@ -168,7 +175,8 @@ enum http_verdict call_not_acceptable(struct call *call,
     return call_show_problem(call, &problem);
 }
 
-bool call_watch(struct call *call, const char *job)
+bool
+call_watch(struct call *call, const char *job)
 {
     struct visit *visit = call->visit;
 
@@ -181,7 +189,8 @@ bool call_watch(struct call *call, const char *job)
     return true;
 }
 
-enum http_verdict call_await_commit(struct call *call, struct commit *commit)
+enum http_verdict
+call_await_commit(struct call *call, struct commit *commit)
 {
     call->visit->commit = commit;
     call->visit->stage = STAGE_COMMIT;
@@ -189,7 +198,8 @@ enum http_verdict call_await_commit(struct call *call, struct commit *commit)
     return call_park(call);
 }
 
-bool call_committed(struct call *call, struct job *job, bool *answered)
+bool
+call_committed(struct call *call, struct job *job, bool *answered)
 {
     struct commit *commit = call->visit->commit;
 

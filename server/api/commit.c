@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct commit *commit_new(struct events *events, const char *id)
+struct commit *
+commit_new(struct events *events, const char *id)
 {
     struct commit *commit = calloc(1, sizeof *commit);
 
@@ -16,13 +17,15 @@ struct commit *commit_new(struct events *events, const char *id)
     return commit;
 }
 
-void commit_drop(struct commit *commit)
+void
+commit_drop(struct commit *commit)
 {
     if (commit && atomic_fetch_sub(&commit->references, 1) == 1)
         free(commit);
 }
 
-void commit_done(void *user, const struct job *job, const struct error *err)
+void
+commit_done(void *user, const struct job *job, const struct error *err)
 {
     struct commit *commit = user;
 

@@ -25,12 +25,15 @@ struct commit {
 };
 
 /* With two references, one for store's `done`. NULL: out of memory. */
-struct commit *commit_new(struct events *events, const char *id);
+struct commit *
+commit_new(struct events *events, const char *id);
 
 /* A store_done_fn; `user` is the commit. Gives its reference up. */
-void commit_done(void *user, const struct job *job, const struct error *err);
+void
+commit_done(void *user, const struct job *job, const struct error *err);
 
 /* One reference less. */
-void commit_drop(struct commit *commit);
+void
+commit_drop(struct commit *commit);
 
 #endif

@@ -23,7 +23,8 @@ struct events {
     struct watcher *buckets[BUCKETS];
 };
 
-struct events *events_new(struct error *err)
+struct events *
+events_new(struct error *err)
 {
     struct events *events = calloc(1, sizeof *events);
 
@@ -35,7 +36,8 @@ struct events *events_new(struct error *err)
     return events;
 }
 
-void events_free(struct events *events)
+void
+events_free(struct events *events)
 {
     size_t i;
 
@@ -53,7 +55,8 @@ void events_free(struct events *events)
     free(events);
 }
 
-void events_connect_http(struct events *events, struct http *http)
+void
+events_connect_http(struct events *events, struct http *http)
 {
     struct watcher *watcher;
     size_t i;
@@ -66,7 +69,8 @@ void events_connect_http(struct events *events, struct http *http)
     pthread_mutex_unlock(&events->lock);
 }
 
-void events_connect_pool(struct events *events, struct pool *pool)
+void
+events_connect_pool(struct events *events, struct pool *pool)
 {
     pthread_mutex_lock(&events->lock);
     events->pool = pool;
@@ -74,7 +78,8 @@ void events_connect_pool(struct events *events, struct pool *pool)
 }
 
 /* FNV-1a: ids differ in their last characters. */
-static struct watcher **bucket_of(struct events *events, const char *job)
+static struct watcher **
+bucket_of(struct events *events, const char *job)
 {
     uint32_t hash = 2166136261u;
 
@@ -83,7 +88,8 @@ static struct watcher **bucket_of(struct events *events, const char *job)
     return &events->buckets[hash % BUCKETS];
 }
 
-bool events_watch(struct events *events, const char *job, uint64_t ticket)
+bool
+events_watch(struct events *events, const char *job, uint64_t ticket)
 {
     struct watcher *watcher = calloc(1, sizeof *watcher);
     struct watcher **bucket;
@@ -100,7 +106,8 @@ bool events_watch(struct events *events, const char *job, uint64_t ticket)
     return true;
 }
 
-void events_unwatch(struct events *events, const char *job, uint64_t ticket)
+void
+events_unwatch(struct events *events, const char *job, uint64_t ticket)
 {
     struct watcher **link, *found = NULL;
 
@@ -116,7 +123,8 @@ void events_unwatch(struct events *events, const char *job, uint64_t ticket)
     free(found);
 }
 
-unsigned events_watchers(struct events *events, const char *job)
+unsigned
+events_watchers(struct events *events, const char *job)
 {
     struct watcher *watcher;
     unsigned count = 0;
@@ -128,7 +136,8 @@ unsigned events_watchers(struct events *events, const char *job)
     return count;
 }
 
-void events_changed(struct events *events, const char *job)
+void
+events_changed(struct events *events, const char *job)
 {
     struct watcher *watcher;
 
@@ -140,7 +149,8 @@ void events_changed(struct events *events, const char *job)
     pthread_mutex_unlock(&events->lock);
 }
 
-void events_kick_pool(struct events *events)
+void
+events_kick_pool(struct events *events)
 {
     pthread_mutex_lock(&events->lock);
     if (events->pool)
@@ -148,7 +158,8 @@ void events_kick_pool(struct events *events)
     pthread_mutex_unlock(&events->lock);
 }
 
-bool events_pool_status(struct events *events, struct pool_status *status)
+bool
+events_pool_status(struct events *events, struct pool_status *status)
 {
     bool connected;
 

@@ -16,28 +16,38 @@
 
 struct events;
 
-struct events *events_new(struct error *err);
-void events_free(struct events *events);
+struct events *
+events_new(struct error *err);
+void
+events_free(struct events *events);
 
 /* NULL: none, and no call to the former one is under way any more. Whoever
  * watched before http was connected is woken now. */
-void events_connect_http(struct events *events, struct http *http);
-void events_connect_pool(struct events *events, struct pool *pool);
+void
+events_connect_http(struct events *events, struct http *http);
+void
+events_connect_pool(struct events *events, struct pool *pool);
 
 /* From now on a change of `job` wakes this ticket. Watch first, then look at
  * the job: no change is missed. False: out of memory. */
-bool events_watch(struct events *events, const char *job, uint64_t ticket);
-void events_unwatch(struct events *events, const char *job, uint64_t ticket);
+bool
+events_watch(struct events *events, const char *job, uint64_t ticket);
+void
+events_unwatch(struct events *events, const char *job, uint64_t ticket);
 
-unsigned events_watchers(struct events *events, const char *job);
+unsigned
+events_watchers(struct events *events, const char *job);
 
 /* Wake everyone who watches `job`. */
-void events_changed(struct events *events, const char *job);
+void
+events_changed(struct events *events, const char *job);
 
 /* pool_kick, if a pool is connected. */
-void events_kick_pool(struct events *events);
+void
+events_kick_pool(struct events *events);
 
 /* pool_status; false, and zeroes, if no pool is connected. */
-bool events_pool_status(struct events *events, struct pool_status *status);
+bool
+events_pool_status(struct events *events, struct pool_status *status);
 
 #endif

@@ -8,7 +8,8 @@ static const char folder[] = "schemas/examples/";
 
 enum { EXAMPLES_MAX = 256 };
 
-const struct file *example_find(const char *name)
+const struct file *
+example_find(const char *name)
 {
     struct bytes path = {0};
     const struct file *file = NULL;
@@ -21,7 +22,8 @@ const struct file *example_find(const char *name)
     return file;
 }
 
-const struct file *example_at(size_t i, struct arena *arena, const char **name)
+const struct file *
+example_at(size_t i, struct arena *arena, const char **name)
 {
     size_t at = file_first(folder) + i, skip = strlen(folder);
 
@@ -32,7 +34,8 @@ const struct file *example_at(size_t i, struct arena *arena, const char **name)
     return &files[at];
 }
 
-const char *json_quoted(const char *text, struct arena *arena)
+const char *
+json_quoted(const char *text, struct arena *arena)
 {
     struct bytes out = {0};
     struct json_writer w = {.out = &out};
@@ -44,8 +47,8 @@ const char *json_quoted(const char *text, struct arena *arena)
     return quoted;
 }
 
-static const struct json *refuse_name(const struct json *named,
-                                      struct error_list *errors)
+static const struct json *
+refuse_name(const struct json *named, struct error_list *errors)
 {
     struct arena *arena = errors->arena;
     const char *names[EXAMPLES_MAX], *near, *hint, *fix = NULL;
@@ -68,9 +71,9 @@ static const struct json *refuse_name(const struct json *named,
     return NULL;
 }
 
-const struct json *example_read(const struct json *node,
-                                const struct json *named,
-                                struct error_list *errors, const char **name)
+const struct json *
+example_read(const struct json *node, const struct json *named,
+             struct error_list *errors, const char **name)
 {
     struct arena *arena = errors->arena;
     const struct json *member;

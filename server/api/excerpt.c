@@ -5,7 +5,8 @@
 enum { WIDTH = 72, BEFORE = 48 };
 
 /* Bytes of the character at text[0]; 1 for what is not UTF-8, *good false. */
-static size_t character(const char *text, size_t len, bool *good)
+static size_t
+character(const char *text, size_t len, bool *good)
 {
     unsigned char first = (unsigned char)text[0];
     size_t size = first < 0x80             ? 1
@@ -33,7 +34,8 @@ static size_t character(const char *text, size_t len, bool *good)
     return *good ? size : 1;
 }
 
-static size_t line_begin(const char *text, size_t len, uint32_t line)
+static size_t
+line_begin(const char *text, size_t len, uint32_t line)
 {
     size_t at = len >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
     uint32_t k;
@@ -47,8 +49,8 @@ static size_t line_begin(const char *text, size_t len, uint32_t line)
     return at;
 }
 
-size_t excerpt_offset(const char *text, size_t len, uint32_t line,
-                      uint32_t column)
+size_t
+excerpt_offset(const char *text, size_t len, uint32_t line, uint32_t column)
 {
     size_t at = line_begin(text, len, line);
     uint32_t k;
@@ -59,8 +61,9 @@ size_t excerpt_offset(const char *text, size_t len, uint32_t line,
     return at;
 }
 
-void excerpt_write(const char *text, size_t len, uint32_t line, uint32_t column,
-                   struct bytes *out)
+void
+excerpt_write(const char *text, size_t len, uint32_t line, uint32_t column,
+              struct bytes *out)
 {
     uint32_t first = column > BEFORE ? column - BEFORE + 1 : 1;
     size_t at = excerpt_offset(text, len, line, first);

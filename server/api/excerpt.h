@@ -9,13 +9,14 @@
 #include "core/base/bytes.h"
 
 /* Bytes before that character; len if the text ends earlier. */
-size_t excerpt_offset(const char *text, size_t len, uint32_t line,
-                      uint32_t column);
+size_t
+excerpt_offset(const char *text, size_t len, uint32_t line, uint32_t column);
 
 /* Two lines: the text's line, cut to 72 characters around the place, and a
  * caret below it. Control characters and broken UTF-8 are shown as '?', tabs as
  * one space. */
-void excerpt_write(const char *text, size_t len, uint32_t line, uint32_t column,
-                   struct bytes *out);
+void
+excerpt_write(const char *text, size_t len, uint32_t line, uint32_t column,
+              struct bytes *out);
 
 #endif

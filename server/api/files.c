@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-size_t file_first(const char *prefix)
+size_t
+file_first(const char *prefix)
 {
     size_t low = 0, high = file_count;
 
@@ -17,7 +18,8 @@ size_t file_first(const char *prefix)
     return low;
 }
 
-const struct file *file_find(const char *name)
+const struct file *
+file_find(const char *name)
 {
     size_t at = file_first(name);
 

@@ -17,10 +17,12 @@ extern const struct file files[];
 extern const size_t file_count;
 
 /* NULL if there is none. */
-const struct file *file_find(const char *name);
+const struct file *
+file_find(const char *name);
 
 /* The first file whose name is not before `prefix`; the files below a folder
  * follow one another. file_count if there is none. */
-size_t file_first(const char *prefix);
+size_t
+file_first(const char *prefix);
 
 #endif

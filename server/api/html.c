@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-void html_text(struct bytes *out, const char *text, size_t len)
+void
+html_text(struct bytes *out, const char *text, size_t len)
 {
     size_t i;
 
@@ -19,7 +20,8 @@ void html_text(struct bytes *out, const char *text, size_t len)
 }
 
 /* The distance to the next `mark` in a line, or 0 if there is none. */
-static size_t reach(const char *text, size_t len, const char *mark)
+static size_t
+reach(const char *text, size_t len, const char *mark)
 {
     size_t n = strlen(mark), i;
 
@@ -30,7 +32,8 @@ static size_t reach(const char *text, size_t len, const char *mark)
 }
 
 /* [text](target) at the beginning; returns its length, 0 if it is none. */
-static size_t write_link(struct bytes *out, const char *text, size_t len)
+static size_t
+write_link(struct bytes *out, const char *text, size_t len)
 {
     size_t close = reach(text, len, "]("), end;
 
@@ -48,7 +51,8 @@ static size_t write_link(struct bytes *out, const char *text, size_t len)
 }
 
 /* One line with its inner marks. */
-static void write_inline(struct bytes *out, const char *text, size_t len)
+static void
+write_inline(struct bytes *out, const char *text, size_t len)
 {
     size_t i = 0, n;
 
@@ -76,8 +80,9 @@ static void write_inline(struct bytes *out, const char *text, size_t len)
     }
 }
 
-static void write_heading(struct bytes *out, const char *line, size_t len,
-                          size_t level, const char *suffix)
+static void
+write_heading(struct bytes *out, const char *line, size_t len, size_t level,
+              const char *suffix)
 {
     const char *text = line + level + 1;
     size_t n = len - level - 1;
@@ -97,7 +102,8 @@ static void write_heading(struct bytes *out, const char *line, size_t len,
 /* What is open, and must be closed before another block. */
 enum block { BLOCK_NONE, BLOCK_PARAGRAPH, BLOCK_LIST, BLOCK_CODE };
 
-static void turn_to(struct bytes *out, enum block *open, enum block next)
+static void
+turn_to(struct bytes *out, enum block *open, enum block next)
 {
     static const char *const begin[] = {"", "<p>", "<ul>\n", "<pre>"};
     static const char *const end[] = {"", "</p>\n", "</ul>\n", "</pre>\n"};
@@ -109,7 +115,8 @@ static void turn_to(struct bytes *out, enum block *open, enum block next)
     *open = next;
 }
 
-static size_t heading_level(const char *line, size_t len)
+static size_t
+heading_level(const char *line, size_t len)
 {
     size_t level = 0;
 
@@ -118,8 +125,9 @@ static size_t heading_level(const char *line, size_t len)
     return level > 0 && level < len && line[level] == ' ' ? level : 0;
 }
 
-static void write_line(struct bytes *out, enum block *open, const char *line,
-                       size_t len, const char *suffix)
+static void
+write_line(struct bytes *out, enum block *open, const char *line, size_t len,
+           const char *suffix)
 {
     size_t level = heading_level(line, len);
 
@@ -143,8 +151,8 @@ static void write_line(struct bytes *out, enum block *open, const char *line,
     }
 }
 
-void html_marks(struct bytes *out, const char *text, size_t len,
-                const char *suffix)
+void
+html_marks(struct bytes *out, const char *text, size_t len, const char *suffix)
 {
     enum block open = BLOCK_NONE;
     size_t i = 0;
@@ -168,7 +176,8 @@ void html_marks(struct bytes *out, const char *text, size_t len,
     turn_to(out, &open, BLOCK_NONE);
 }
 
-static int hex_digit(char c)
+static int
+hex_digit(char c)
 {
     return c >= '0' && c <= '9'   ? c - '0'
            : c >= 'a' && c <= 'f' ? c - 'a' + 10
@@ -176,7 +185,8 @@ static int hex_digit(char c)
                                   : -1;
 }
 
-size_t form_decode(const char *text, size_t len, char *out)
+size_t
+form_decode(const char *text, size_t len, char *out)
 {
     size_t i, n = 0;
 

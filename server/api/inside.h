@@ -65,56 +65,64 @@ struct call {
 /* --- endings of a turn (call.c); all but call_park return HTTP_REPLY --- */
 
 /* Park until the watched job changes or the deadline comes. */
-enum http_verdict call_park(struct call *call);
+enum http_verdict
+call_park(struct call *call);
 
 /* Nobody will work on this job before the service ends: do not wait for it. */
-bool call_waits_in_vain(const struct call *call, const struct job *job);
+bool
+call_waits_in_vain(const struct call *call, const struct job *job);
 
 /* Has the deadline come? */
-bool call_is_late(const struct call *call);
+bool
+call_is_late(const struct call *call);
 
-enum http_verdict call_problem(struct call *call, enum problem_kind kind,
-                               const char *format, ...)
+enum http_verdict
+call_problem(struct call *call, enum problem_kind kind, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-enum http_verdict call_show_problem(struct call *call,
-                                    const struct problem *problem);
+enum http_verdict
+call_show_problem(struct call *call, const struct problem *problem);
 
 /* Takes the body over. A body whose memory ran out becomes a problem. */
-enum http_verdict call_body(struct call *call, unsigned status,
-                            const char *media_type, struct bytes *body);
+enum http_verdict
+call_body(struct call *call, unsigned status, const char *media_type,
+          struct bytes *body);
 
 /* The job as JSON with its ETag. */
-enum http_verdict call_job(struct call *call, unsigned status,
-                           const struct job *job);
+enum http_verdict
+call_job(struct call *call, unsigned status, const struct job *job);
 
 /* The job object, with its place in the queue. */
-void call_write_job(struct call *call, struct json_writer *w, const char *key,
-                    const struct job *job);
+void
+call_write_job(struct call *call, struct json_writer *w, const char *key,
+               const struct job *job);
 
 /* Static bytes with a strong ETag, or 304. */
 struct file;
-enum http_verdict call_file(struct call *call, const struct file *file,
-                            const char *media_type);
+enum http_verdict
+call_file(struct call *call, const struct file *file, const char *media_type);
 
 /* A store's error as a problem: not found, conflict, full, internal. */
-enum http_verdict call_store_problem(struct call *call,
-                                     const struct error *err);
+enum http_verdict
+call_store_problem(struct call *call, const struct error *err);
 
 /* The list of what would have been acceptable: member "available". */
-enum http_verdict call_not_acceptable(struct call *call,
-                                      const char *const *available,
-                                      size_t count, const char *detail);
+enum http_verdict
+call_not_acceptable(struct call *call, const char *const *available,
+                    size_t count, const char *detail);
 
 /* --- steps of a turn --- */
 
 /* Watch `job` for this request from now on. False: answered (no memory). */
-bool call_watch(struct call *call, const char *job);
+bool
+call_watch(struct call *call, const char *job);
 
 /* Park until `commit` is done; `job` is watched already. */
-enum http_verdict call_await_commit(struct call *call, struct commit *commit);
+enum http_verdict
+call_await_commit(struct call *call, struct commit *commit);
 
 /* Is the commit done? Then *job is as committed; or it failed and the call is
  * answered (*answered). False and not answered: park again. */
-bool call_committed(struct call *call, struct job *job, bool *answered);
+bool
+call_committed(struct call *call, struct job *job, bool *answered);
 
 #endif

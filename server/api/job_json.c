@@ -14,7 +14,8 @@ struct reading {
     struct error_list *errors;
 };
 
-static void read_scene(struct reading *r, const struct json *node)
+static void
+read_scene(struct reading *r, const struct json *node)
 {
     const struct json *named = json_member(node, "$example");
 
@@ -24,14 +25,15 @@ static void read_scene(struct reading *r, const struct json *node)
             example_read(node, named, r->errors, &r->document->example);
 }
 
-static void read_output(struct reading *r, const struct json *node)
+static void
+read_output(struct reading *r, const struct json *node)
 {
     r->document->has_output = true;
     output_read(node, &r->document->output, r->errors);
 }
 
-static bool refuse_type(struct reading *r, const struct json *node,
-                        const char *wanted)
+static bool
+refuse_type(struct reading *r, const struct json *node, const char *wanted)
 {
     return error_list_add(r->errors, ERROR_TYPE_MISMATCH,
                           json_pointer(node, r->errors->arena), node->line,
@@ -39,7 +41,8 @@ static bool refuse_type(struct reading *r, const struct json *node,
                           wanted, json_describe(node, r->errors->arena));
 }
 
-static void read_priority(struct reading *r, const struct json *node)
+static void
+read_priority(struct reading *r, const struct json *node)
 {
     static const char *const names[] = {"draft", "normal", "low"};
     struct arena *arena = r->errors->arena;
@@ -70,7 +73,8 @@ static void read_priority(struct reading *r, const struct json *node)
 }
 
 /* ^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$, as every name of a scene */
-static bool is_name(const char *text, size_t len)
+static bool
+is_name(const char *text, size_t len)
 {
     size_t i;
 
@@ -87,7 +91,8 @@ static bool is_name(const char *text, size_t len)
     return true;
 }
 
-static bool has_tag(const struct json *tags, const struct json *until)
+static bool
+has_tag(const struct json *tags, const struct json *until)
 {
     const struct json *tag;
 
@@ -97,8 +102,8 @@ static bool has_tag(const struct json *tags, const struct json *until)
     return false;
 }
 
-static void read_tag(struct reading *r, const struct json *tags,
-                     const struct json *tag)
+static void
+read_tag(struct reading *r, const struct json *tags, const struct json *tag)
 {
     struct arena *arena = r->errors->arena;
     char *to = r->document->tags;
@@ -122,7 +127,8 @@ static void read_tag(struct reading *r, const struct json *tags,
                  tag->string);
 }
 
-static void read_tags(struct reading *r, const struct json *node)
+static void
+read_tags(struct reading *r, const struct json *node)
 {
     const struct json *tag;
 
@@ -141,7 +147,8 @@ static void read_tags(struct reading *r, const struct json *node)
         read_tag(r, node, tag);
 }
 
-static void read_max_attempts(struct reading *r, const struct json *node)
+static void
+read_max_attempts(struct reading *r, const struct json *node)
 {
     struct arena *arena = r->errors->arena;
     enum error_code code;
@@ -166,7 +173,8 @@ static void read_max_attempts(struct reading *r, const struct json *node)
                    JOB_ATTEMPTS_LIMIT, json_describe(node, arena));
 }
 
-static void refuse_not_yet(struct reading *r, const struct json *node)
+static void
+refuse_not_yet(struct reading *r, const struct json *node)
 {
     error_list_add(r->errors, ERROR_PROPERTY_NOT_YET,
                    json_pointer(node, r->errors->arena), node->key_line,
@@ -192,7 +200,8 @@ static const struct {
 
 enum { MEMBER_COUNT = sizeof members / sizeof members[0] };
 
-static void refuse_unknown(struct reading *r, const struct json *node)
+static void
+refuse_unknown(struct reading *r, const struct json *node)
 {
     const char *names[MEMBER_COUNT];
     struct arena *arena = r->errors->arena;
@@ -217,8 +226,9 @@ static void refuse_unknown(struct reading *r, const struct json *node)
                    node->key);
 }
 
-bool job_json_read(const struct json *root, struct job_document *document,
-                   struct error_list *errors)
+bool
+job_json_read(const struct json *root, struct job_document *document,
+              struct error_list *errors)
 {
     struct reading r = {document, errors};
     size_t before = errors->count;

@@ -25,8 +25,9 @@ struct job_document {
 
 /* Reads every member but the scene's own and collects all errors. False if any
  * was added. Strings live in errors->arena. */
-bool job_json_read(const struct json *root, struct job_document *document,
-                   struct error_list *errors);
+bool
+job_json_read(const struct json *root, struct job_document *document,
+              struct error_list *errors);
 
 /* What a job object says beyond the job. */
 struct job_around {
@@ -37,11 +38,13 @@ struct job_around {
 };
 
 /* The job object of API section 5, compact (job_write.c). */
-void job_json_write(struct json_writer *w, const char *key,
-                    const struct job *job, const struct job_around *around);
+void
+job_json_write(struct json_writer *w, const char *key, const struct job *job,
+               const struct job_around *around);
 
 /* {"type", "title", "code", "detail"} of a failed job, else null. */
-void job_json_write_error(struct json_writer *w, const char *key,
-                          const struct job *job);
+void
+job_json_write_error(struct json_writer *w, const char *key,
+                     const struct job *job);
 
 #endif

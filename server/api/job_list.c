@@ -8,8 +8,8 @@
 
 enum { LIMIT_DEFAULT = 50, LIMIT_MAX = 200 };
 
-static enum http_verdict refuse_parameter(struct call *call, const char *name,
-                                          const char *wanted)
+static enum http_verdict
+refuse_parameter(struct call *call, const char *name, const char *wanted)
 {
     return call_problem(call, PROBLEM_REQUEST_MALFORMED,
                         "%s must be %s, got '%.64s'", name, wanted,
@@ -17,7 +17,8 @@ static enum http_verdict refuse_parameter(struct call *call, const char *name,
 }
 
 /* "queued,running" -> bits. */
-static bool read_states(const char *text, unsigned *states)
+static bool
+read_states(const char *text, unsigned *states)
 {
     char name[16];
 
@@ -39,7 +40,8 @@ static bool read_states(const char *text, unsigned *states)
     }
 }
 
-static bool is_tag(const char *text)
+static bool
+is_tag(const char *text)
 {
     static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                   "abcdefghijklmnopqrstuvwxyz0123456789";
@@ -51,7 +53,8 @@ static bool is_tag(const char *text)
 }
 
 /* False: answered. */
-static bool read_filter(struct call *call, struct store_filter *filter)
+static bool
+read_filter(struct call *call, struct store_filter *filter)
 {
     struct request *request = call->request;
     const char *state = request_query(request, "state");
@@ -84,8 +87,8 @@ static bool read_filter(struct call *call, struct store_filter *filter)
 }
 
 /* Is there a job after the last one of a full page? */
-static bool has_more(struct call *call, const struct store_filter *filter,
-                     const char *last)
+static bool
+has_more(struct call *call, const struct store_filter *filter, const char *last)
 {
     struct store_filter next = *filter;
     struct job job;
@@ -96,9 +99,9 @@ static bool has_more(struct call *call, const struct store_filter *filter,
 }
 
 /* The path of the next page, in the request's arena. */
-static const char *next_page(struct call *call,
-                             const struct store_filter *filter,
-                             const char *last)
+static const char *
+next_page(struct call *call, const struct store_filter *filter,
+          const char *last)
 {
     struct arena *arena = call->request->arena;
     const char *state = request_query(call->request, "state");
@@ -112,8 +115,9 @@ static const char *next_page(struct call *call,
         filter->tag ? filter->tag : "", since[0] ? "&since=" : "", since);
 }
 
-static enum http_verdict answer_list(struct call *call, const struct job *jobs,
-                                     int count, const char *next)
+static enum http_verdict
+answer_list(struct call *call, const struct job *jobs, int count,
+            const char *next)
 {
     struct bytes body = {0};
     struct json_writer w = {.out = &body};
@@ -134,7 +138,8 @@ static enum http_verdict answer_list(struct call *call, const struct job *jobs,
     return call_body(call, 200, "application/json", &body);
 }
 
-enum http_verdict jobs_list(struct call *call)
+enum http_verdict
+jobs_list(struct call *call)
 {
     struct store_filter filter = {0};
     enum http_verdict verdict;

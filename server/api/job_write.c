@@ -5,7 +5,8 @@
 #include "server/api/job_json.h"
 #include "server/api/problem.h"
 
-static void write_time(struct json_writer *w, const char *key, int64_t wall_ms)
+static void
+write_time(struct json_writer *w, const char *key, int64_t wall_ms)
 {
     char text[CLOCK_RFC3339_SIZE];
 
@@ -18,7 +19,8 @@ static void write_time(struct json_writer *w, const char *key, int64_t wall_ms)
 }
 
 /* Samples per pixel, from the effective settings; 0 if they do not say. */
-static double samples_total(const struct job *job, struct arena *arena)
+static double
+samples_total(const struct job *job, struct arena *arena)
 {
     struct error_list errors = {.arena = arena};
     const struct json *settings =
@@ -31,8 +33,9 @@ static double samples_total(const struct job *job, struct arena *arena)
 }
 
 /* What the clock and the counters say about a job under way. */
-static void write_progress(struct json_writer *w, const struct job *job,
-                           const struct job_around *around)
+static void
+write_progress(struct json_writer *w, const struct job *job,
+               const struct job_around *around)
 {
     double total = samples_total(job, around->arena);
     double running_s = 0;
@@ -66,7 +69,8 @@ static void write_progress(struct json_writer *w, const struct job *job,
         json_put_null(w, "queue_position");
 }
 
-static void write_tags(struct json_writer *w, const char *tags)
+static void
+write_tags(struct json_writer *w, const char *tags)
 {
     json_begin_array(w, "tags");
     while (*tags) {
@@ -78,7 +82,8 @@ static void write_tags(struct json_writer *w, const char *tags)
     json_end_array(w);
 }
 
-static void write_stats(struct json_writer *w, const struct job *job)
+static void
+write_stats(struct json_writer *w, const struct job *job)
 {
     const struct job_stats *stats = &job->stats;
 
@@ -105,8 +110,9 @@ static void write_stats(struct json_writer *w, const struct job *job)
     json_end_object(w);
 }
 
-void job_json_write_error(struct json_writer *w, const char *key,
-                          const struct job *job)
+void
+job_json_write_error(struct json_writer *w, const char *key,
+                     const struct job *job)
 {
     if (job->state != JOB_FAILED) {
         json_put_null(w, key);
@@ -121,8 +127,9 @@ void job_json_write_error(struct json_writer *w, const char *key,
 }
 
 /* "/v1/jobs/{id}" and what follows; null unless `there`. */
-static void write_link(struct json_writer *w, const char *name, bool there,
-                       const struct job *job, const char *rest)
+static void
+write_link(struct json_writer *w, const char *name, bool there,
+           const struct job *job, const char *rest)
 {
     struct bytes link = {0};
 
@@ -132,7 +139,8 @@ static void write_link(struct json_writer *w, const char *name, bool there,
     bytes_clear(&link);
 }
 
-static void write_links(struct json_writer *w, const struct job *job)
+static void
+write_links(struct json_writer *w, const struct job *job)
 {
     json_begin_object(w, "links");
     write_link(w, "self", true, job, "");
@@ -144,8 +152,9 @@ static void write_links(struct json_writer *w, const struct job *job)
     json_end_object(w);
 }
 
-void job_json_write(struct json_writer *w, const char *key,
-                    const struct job *job, const struct job_around *around)
+void
+job_json_write(struct json_writer *w, const char *key, const struct job *job,
+               const struct job_around *around)
 {
     json_begin_object(w, key);
     json_put_string(w, "id", job->id);

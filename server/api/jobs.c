@@ -8,8 +8,8 @@
 
 /* --- POST /v1/jobs --- */
 
-static enum http_verdict answer_accepted(struct call *call,
-                                         const struct job *job)
+static enum http_verdict
+answer_accepted(struct call *call, const struct job *job)
 {
     reply_header(call->request, call->reply, "Location", "/v1/jobs/%s",
                  job->id);
@@ -18,7 +18,8 @@ static enum http_verdict answer_accepted(struct call *call,
     return call_job(call, 202, job);
 }
 
-enum http_verdict jobs_post(struct call *call)
+enum http_verdict
+jobs_post(struct call *call)
 {
     enum http_verdict verdict = HTTP_REPLY;
     struct order order;
@@ -43,7 +44,8 @@ enum http_verdict jobs_post(struct call *call)
 /* --- GET /v1/jobs/{id} --- */
 
 /* False: answered. */
-static bool find_job(struct call *call, struct job *job)
+static bool
+find_job(struct call *call, struct job *job)
 {
     struct error err = {0};
 
@@ -61,7 +63,8 @@ static bool find_job(struct call *call, struct job *job)
 }
 
 /* ?wait= in seconds; false: answered. */
-static bool read_wait(struct call *call, double *wait)
+static bool
+read_wait(struct call *call, double *wait)
 {
     const char *text = request_query(call->request, "wait");
     double most = call->api->options.max_wait;
@@ -77,7 +80,8 @@ static bool read_wait(struct call *call, double *wait)
 }
 
 /* Has the client seen just this revision? */
-static bool has_seen(struct call *call, const struct job *job)
+static bool
+has_seen(struct call *call, const struct job *job)
 {
     const char *seen = request_header(call->request, "If-None-Match");
     char etag[32];
@@ -86,8 +90,8 @@ static bool has_seen(struct call *call, const struct job *job)
     return seen && etag_listed(seen, etag);
 }
 
-static enum http_verdict answer_unchanged(struct call *call,
-                                          const struct job *job)
+static enum http_verdict
+answer_unchanged(struct call *call, const struct job *job)
 {
     call->reply->status = 304;
     reply_header(call->request, call->reply, "ETag", "W/\"r%u\"",
@@ -96,7 +100,8 @@ static enum http_verdict answer_unchanged(struct call *call,
     return HTTP_REPLY;
 }
 
-enum http_verdict job_get(struct call *call)
+enum http_verdict
+job_get(struct call *call)
 {
     struct visit *visit = call->visit;
     bool conditional = request_header(call->request, "If-None-Match") != NULL;
@@ -131,7 +136,8 @@ typedef bool (*store_write_fn)(struct store *store, const char *id,
                                struct error *err);
 
 /* Hand a write about the job at {id} to the store and park. */
-static enum http_verdict begin_write(struct call *call, store_write_fn write)
+static enum http_verdict
+begin_write(struct call *call, store_write_fn write)
 {
     struct error err = {0};
     struct commit *commit;
@@ -156,7 +162,8 @@ static enum http_verdict begin_write(struct call *call, store_write_fn write)
 }
 
 /* These take no body; an empty object is allowed. */
-static bool has_no_body(struct call *call)
+static bool
+has_no_body(struct call *call)
 {
     const char *body = call->request->body;
     char left[3] = "";
@@ -171,7 +178,8 @@ static bool has_no_body(struct call *call)
     return false;
 }
 
-enum http_verdict job_cancel(struct call *call)
+enum http_verdict
+job_cancel(struct call *call)
 {
     bool answered;
     struct job job;
@@ -184,7 +192,8 @@ enum http_verdict job_cancel(struct call *call)
 }
 
 /* What DELETE would remove. */
-static enum http_verdict answer_dry_run(struct call *call)
+static enum http_verdict
+answer_dry_run(struct call *call)
 {
     struct bytes body = {0};
     struct json_writer w = {.out = &body};
@@ -216,7 +225,8 @@ static enum http_verdict answer_dry_run(struct call *call)
 }
 
 /* A query parameter that is a switch: absent, 0 or 1. False: answered. */
-static bool read_switch(struct call *call, const char *name, bool *on)
+static bool
+read_switch(struct call *call, const char *name, bool *on)
 {
     const char *text = request_query(call->request, name);
 
@@ -228,7 +238,8 @@ static bool read_switch(struct call *call, const char *name, bool *on)
     return false;
 }
 
-enum http_verdict job_delete(struct call *call)
+enum http_verdict
+job_delete(struct call *call)
 {
     bool answered, dry;
     struct job job;

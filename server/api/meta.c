@@ -5,13 +5,15 @@
 #include "server/api/order.h"
 #include "server/api/routes.h"
 
-static enum http_verdict answer_text(struct call *call, struct bytes *text)
+static enum http_verdict
+answer_text(struct call *call, struct bytes *text)
 {
     reply_header(call->request, call->reply, "Cache-Control", "no-store");
     return call_body(call, 200, "text/plain; charset=utf-8", text);
 }
 
-enum http_verdict meta_livez(struct call *call)
+enum http_verdict
+meta_livez(struct call *call)
 {
     struct bytes text = {0};
 
@@ -33,7 +35,8 @@ struct check {
 };
 
 /* The first that fails names the problem. */
-static void run_checks(struct call *call, struct check checks[CHECK_COUNT])
+static void
+run_checks(struct call *call, struct check checks[CHECK_COUNT])
 {
     struct arena *arena = call->request->arena;
     struct api *api = call->api;
@@ -65,7 +68,8 @@ static void run_checks(struct call *call, struct check checks[CHECK_COUNT])
                      pool.workers, pool.busy)};
 }
 
-static void write_checks(struct json_writer *w, const void *user)
+static void
+write_checks(struct json_writer *w, const void *user)
 {
     const struct check *checks = user;
     size_t i;
@@ -81,7 +85,8 @@ static void write_checks(struct json_writer *w, const void *user)
     json_end_array(w);
 }
 
-enum http_verdict meta_readyz(struct call *call)
+enum http_verdict
+meta_readyz(struct call *call)
 {
     struct check checks[CHECK_COUNT];
     struct bytes text = {0};
@@ -108,7 +113,8 @@ enum http_verdict meta_readyz(struct call *call)
 
 /* --- descriptions --- */
 
-enum http_verdict meta_version(struct call *call)
+enum http_verdict
+meta_version(struct call *call)
 {
     struct bytes body = {0};
     struct json_writer w = {.out = &body};
@@ -125,7 +131,8 @@ enum http_verdict meta_version(struct call *call)
     return call_body(call, 200, "application/json", &body);
 }
 
-enum http_verdict meta_openapi(struct call *call)
+enum http_verdict
+meta_openapi(struct call *call)
 {
     const struct file *file = file_find("schemas/openapi.json");
 
@@ -135,7 +142,8 @@ enum http_verdict meta_openapi(struct call *call)
     return call_file(call, file, "application/json");
 }
 
-enum http_verdict meta_schema(struct call *call)
+enum http_verdict
+meta_schema(struct call *call)
 {
     const char *name =
         arena_printf(call->request->arena, "schemas/%s", call->param);

@@ -4,7 +4,8 @@
 #include <time.h>
 
 /* `count` digits at *at. */
-static bool read_digits(const char **at, int count, int *value)
+static bool
+read_digits(const char **at, int count, int *value)
 {
     *value = 0;
     while (count-- > 0) {
@@ -15,7 +16,8 @@ static bool read_digits(const char **at, int count, int *value)
     return true;
 }
 
-static bool read_mark(const char **at, const char *marks)
+static bool
+read_mark(const char **at, const char *marks)
 {
     if (**at == '\0' || !strchr(marks, **at))
         return false;
@@ -24,7 +26,8 @@ static bool read_mark(const char **at, const char *marks)
 }
 
 /* Digits after the point, as milliseconds; further ones are dropped. */
-static bool read_fraction(const char **at, int *ms)
+static bool
+read_fraction(const char **at, int *ms)
 {
     int digits = 0;
 
@@ -41,7 +44,8 @@ static bool read_fraction(const char **at, int *ms)
     return true;
 }
 
-static bool read_offset(const char **at, int *seconds)
+static bool
+read_offset(const char **at, int *seconds)
 {
     int hours, minutes, sign = **at == '-' ? -1 : 1;
 
@@ -56,7 +60,8 @@ static bool read_offset(const char **at, int *seconds)
     return true;
 }
 
-bool moment_read(const char *text, int64_t *wall_ms)
+bool
+moment_read(const char *text, int64_t *wall_ms)
 {
     struct tm tm = {0}, back;
     const char *at = text;

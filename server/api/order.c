@@ -16,7 +16,8 @@ enum {
     RETRY_MAX_S = 60
 };
 
-static bool media_type_is(const char *header, const char *type)
+static bool
+media_type_is(const char *header, const char *type)
 {
     size_t len = strlen(type);
 
@@ -24,7 +25,8 @@ static bool media_type_is(const char *header, const char *type)
            (header[len] == '\0' || header[len] == ';' || header[len] == ' ');
 }
 
-bool order_media_type(struct call *call)
+bool
+order_media_type(struct call *call)
 {
     const char *type = request_header(call->request, "Content-Type");
 
@@ -44,8 +46,8 @@ bool order_media_type(struct call *call)
     return false;
 }
 
-bool order_read(struct call *call, const char *text, size_t len,
-                struct order *order)
+bool
+order_read(struct call *call, const char *text, size_t len, struct order *order)
 {
     struct scene_limits limits = call->api->options.scene_limits;
     struct json_limits json_limits = {
@@ -71,7 +73,8 @@ bool order_read(struct call *call, const char *text, size_t len,
     return order->errors.count == 0;
 }
 
-void order_price(struct call *call, struct order *order)
+void
+order_price(struct call *call, struct order *order)
 {
     struct pool_status status;
 
@@ -82,13 +85,15 @@ void order_price(struct call *call, struct order *order)
 
 /* --- refusing --- */
 
-static bool starts_with(const char *text, const char *start)
+static bool
+starts_with(const char *text, const char *start)
 {
     return strncmp(text, start, strlen(start)) == 0;
 }
 
 /* Which problem a list of errors is. */
-static enum problem_kind kind_of(const struct order *order)
+static enum problem_kind
+kind_of(const struct order *order)
 {
     const struct error_list *errors = &order->errors;
     bool all_budget = true, job = false;
@@ -113,7 +118,8 @@ static enum problem_kind kind_of(const struct order *order)
 }
 
 /* `curl -d @file` drops the line breaks: then every place is on line 1. */
-static bool lost_its_lines(struct call *call, const struct order *order)
+static bool
+lost_its_lines(struct call *call, const struct order *order)
 {
     const char *agent = request_header(call->request, "User-Agent");
     const char *type = request_header(call->request, "Content-Type");
@@ -125,7 +131,8 @@ static bool lost_its_lines(struct call *call, const struct order *order)
            !call->visit->form_scene;
 }
 
-static void add_line_hint(struct order *order)
+static void
+add_line_hint(struct order *order)
 {
     static const char hint[] =
         "The body came without line breaks, so everything is on line 1; with "
@@ -142,7 +149,8 @@ static void add_line_hint(struct order *order)
 }
 
 /* "2 errors; the first: /objects/2/radius must be greater than 0, got -1" */
-static const char *summary(struct order *order)
+static const char *
+summary(struct order *order)
 {
     const struct error_list *errors = &order->errors;
     const struct error_item *first = &errors->items[0];
@@ -162,7 +170,8 @@ static const char *summary(struct order *order)
 
 /* A scene refused only for its cost: read it again without that limit, so that
  * budget.c can say what would fit. */
-static bool read_costly(struct call *call, struct order *order)
+static bool
+read_costly(struct call *call, struct order *order)
 {
     struct scene_limits limits = call->api->options.scene_limits;
     struct error_list *errors = arena_alloc(&order->arena, sizeof *errors);
@@ -179,7 +188,8 @@ static bool read_costly(struct call *call, struct order *order)
     return true;
 }
 
-enum http_verdict order_refuse(struct call *call, struct order *order)
+enum http_verdict
+order_refuse(struct call *call, struct order *order)
 {
     const struct error_item *first = &order->errors.items[0];
     struct problem_place place = {order->text, order->len, first->line,
@@ -204,7 +214,8 @@ enum http_verdict order_refuse(struct call *call, struct order *order)
 /* --- completing --- */
 
 /* Text that fits its field in struct job; false otherwise. */
-static bool copy_text(const struct bytes *text, char *to, size_t size)
+static bool
+copy_text(const struct bytes *text, char *to, size_t size)
 {
     if (text->failed || text->len >= size)
         return false;
@@ -214,7 +225,8 @@ static bool copy_text(const struct bytes *text, char *to, size_t size)
 }
 
 /* Everything in order->job but the id. */
-static bool fill_job(struct call *call, struct order *order)
+static bool
+fill_job(struct call *call, struct order *order)
 {
     struct job *job = &order->job;
     struct job_document *document = &order->document;
@@ -248,7 +260,8 @@ out:
     return ok;
 }
 
-bool order_complete(struct call *call, struct order *order)
+bool
+order_complete(struct call *call, struct order *order)
 {
     order_price(call, order);
     if (!budget_check(call, order))
@@ -261,7 +274,8 @@ bool order_complete(struct call *call, struct order *order)
     return true;
 }
 
-bool order_storage_full(struct api *api, uint64_t *free_bytes, uint64_t *need)
+bool
+order_storage_full(struct api *api, uint64_t *free_bytes, uint64_t *need)
 {
     uint64_t total;
 
@@ -273,7 +287,8 @@ bool order_storage_full(struct api *api, uint64_t *free_bytes, uint64_t *need)
     return *free_bytes < *need;
 }
 
-bool order_welcome(struct call *call)
+bool
+order_welcome(struct call *call)
 {
     struct api *api = call->api;
     struct store_counts counts;
@@ -306,7 +321,8 @@ bool order_welcome(struct call *call)
     return true;
 }
 
-enum http_verdict order_submit(struct call *call, struct order *order)
+enum http_verdict
+order_submit(struct call *call, struct order *order)
 {
     struct error err = {0};
     struct commit *commit;
@@ -331,14 +347,16 @@ enum http_verdict order_submit(struct call *call, struct order *order)
     return call_await_commit(call, commit);
 }
 
-void order_clear(struct order *order)
+void
+order_clear(struct order *order)
 {
     bytes_clear(&order->canonical);
     arena_clear(&order->arena);
     memset(order, 0, sizeof *order);
 }
 
-unsigned order_retry_after(double estimate_seconds)
+unsigned
+order_retry_after(double estimate_seconds)
 {
     if (!(estimate_seconds > 1))
         return 1;

@@ -5,7 +5,8 @@
 #include <strings.h>
 
 /* Length of the name part; (size_t)-1 if what follows is no port. */
-static size_t name_len(const char *host)
+static size_t
+name_len(const char *host)
 {
     const char *end = host[0] == '[' ? strchr(host, ']') : NULL;
     size_t len = host[0] == '[' ? (end ? (size_t)(end - host) + 1 : 0)
@@ -21,7 +22,8 @@ static size_t name_len(const char *host)
 }
 
 /* 127.x.y.z, each 0...255 */
-static bool is_loopback_v4(const char *text, size_t len)
+static bool
+is_loopback_v4(const char *text, size_t len)
 {
     unsigned part = 0, parts = 0, digits = 0;
     size_t i;
@@ -44,13 +46,15 @@ static bool is_loopback_v4(const char *text, size_t len)
     return parts == 4;
 }
 
-static bool same_name(const char *text, size_t len, const char *name)
+static bool
+same_name(const char *text, size_t len, const char *name)
 {
     return name && name[0] && strlen(name) == len &&
            strncasecmp(text, name, len) == 0;
 }
 
-bool host_is_ours(const char *host, const char *configured)
+bool
+host_is_ours(const char *host, const char *configured)
 {
     size_t len;
 
@@ -67,7 +71,8 @@ bool host_is_ours(const char *host, const char *configured)
            same_name(host + 1, len - 2, configured);
 }
 
-bool origin_is_ours(const char *origin, const char *host)
+bool
+origin_is_ours(const char *origin, const char *host)
 {
     const char *rest;
 

@@ -10,10 +10,12 @@
 
 /* "localhost", "127.x.y.z", "[::1]" or `configured`, each with or without a
  * port. NULL is refused. */
-bool host_is_ours(const char *host, const char *configured);
+bool
+host_is_ours(const char *host, const char *configured);
 
 /* http or https of exactly that Host. NULL is accepted: no browser, or one that
  * only follows a link. "null" is not. */
-bool origin_is_ours(const char *origin, const char *host);
+bool
+origin_is_ours(const char *origin, const char *host);
 
 #endif

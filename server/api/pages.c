@@ -29,7 +29,8 @@ static const struct words {
     },
 };
 
-static const struct words *words_of(struct call *call)
+static const struct words *
+words_of(struct call *call)
 {
     static const char *const codes[] = {"en", "de"};
     const char *lang = request_query(call->request, "lang");
@@ -41,9 +42,9 @@ static const struct words *words_of(struct call *call)
 }
 
 /* Headers of every page. */
-static enum http_verdict send_page(struct call *call, unsigned status,
-                                   const struct words *words,
-                                   struct bytes *html)
+static enum http_verdict
+send_page(struct call *call, unsigned status, const struct words *words,
+          struct bytes *html)
 {
     struct request *request = call->request;
 
@@ -58,7 +59,8 @@ static enum http_verdict send_page(struct call *call, unsigned status,
     return call_body(call, status, "text/html; charset=utf-8", html);
 }
 
-static void put(struct bytes *out, const char *text)
+static void
+put(struct bytes *out, const char *text)
 {
     if (text)
         html_text(out, text, strlen(text));
@@ -67,9 +69,9 @@ static void put(struct bytes *out, const char *text)
 /* --- the form --- */
 
 /* server/web/form.*.html with {{scene}} and {{answer}} filled in. */
-static enum http_verdict send_form(struct call *call, unsigned status,
-                                   const struct words *words, const char *scene,
-                                   size_t scene_len, const struct bytes *answer)
+static enum http_verdict
+send_form(struct call *call, unsigned status, const struct words *words,
+          const char *scene, size_t scene_len, const struct bytes *answer)
 {
     const struct file *page = file_find(words->form);
     const char *at = page ? (const char *)page->data : "";
@@ -93,16 +95,18 @@ static enum http_verdict send_form(struct call *call, unsigned status,
     return send_page(call, status, words, &html);
 }
 
-static void put_place(struct bytes *html, const struct words *words,
-                      const struct error_item *item)
+static void
+put_place(struct bytes *html, const struct words *words,
+          const struct error_item *item)
 {
     if (item->line > 0)
         bytes_printf(html, "%s %u, %s %u: ", words->line, item->line,
                      words->column, item->column);
 }
 
-static void put_errors(struct bytes *html, const struct words *words,
-                       const struct error_list *errors)
+static void
+put_errors(struct bytes *html, const struct words *words,
+           const struct error_list *errors)
 {
     size_t i;
 
@@ -130,7 +134,8 @@ static void put_errors(struct bytes *html, const struct words *words,
 }
 
 /* visit->show_problem of a posted form. */
-static void show_problem(struct call *call, const struct problem *problem)
+static void
+show_problem(struct call *call, const struct problem *problem)
 {
     const struct words *words = words_of(call);
     const char *scene = call->visit->form_scene;
@@ -157,7 +162,8 @@ static void show_problem(struct call *call, const struct problem *problem)
 }
 
 /* The value of the form's only field; false if the body is something else. */
-static bool scene_field(struct call *call, size_t *len)
+static bool
+scene_field(struct call *call, size_t *len)
 {
     static const char name[] = "scene=";
     const char *body = call->request->body;
@@ -177,7 +183,8 @@ static bool scene_field(struct call *call, size_t *len)
     return true;
 }
 
-bool page_read_form(struct call *call, size_t *len)
+bool
+page_read_form(struct call *call, size_t *len)
 {
     const char *type = request_header(call->request, "Content-Type");
 
@@ -203,7 +210,8 @@ bool page_read_form(struct call *call, size_t *len)
     return true;
 }
 
-enum http_verdict page_picture(struct call *call, const struct job *job)
+enum http_verdict
+page_picture(struct call *call, const struct job *job)
 {
     const struct words *words = words_of(call);
     bool shown = strcmp(job->media_type, "image/png") == 0;
@@ -224,7 +232,8 @@ enum http_verdict page_picture(struct call *call, const struct job *job)
     return verdict;
 }
 
-enum http_verdict page_form(struct call *call)
+enum http_verdict
+page_form(struct call *call)
 {
     const struct file *scene = file_find(first_scene);
 
@@ -233,7 +242,8 @@ enum http_verdict page_form(struct call *call)
                      scene ? scene->len : 0, NULL);
 }
 
-enum http_verdict page_style(struct call *call)
+enum http_verdict
+page_style(struct call *call)
 {
     const struct file *file = file_find("server/web/style.css");
 
@@ -246,8 +256,8 @@ enum http_verdict page_style(struct call *call)
 /* --- help pages --- */
 
 /* docs/problems/{slug}.md is English, a line "---", German. */
-static void put_help(struct bytes *html, const struct file *file, bool german,
-                     bool first)
+static void
+put_help(struct bytes *html, const struct file *file, bool german, bool first)
 {
     static const char cut[] = "\n---\n";
     const char *text = (const char *)file->data;
@@ -264,7 +274,8 @@ static void put_help(struct bytes *html, const struct file *file, bool german,
     bytes_text(html, "</section>\n");
 }
 
-enum http_verdict page_problem(struct call *call)
+enum http_verdict
+page_problem(struct call *call)
 {
     static const char *const types[] = {"text/html", "text/markdown",
                                         "text/plain"};

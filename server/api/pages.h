@@ -7,9 +7,11 @@
 
 /* The scene posted by the form, into visit->form_scene; from now on problems
  * are shown on the page. False: answered. */
-bool page_read_form(struct call *call, size_t *len);
+bool
+page_read_form(struct call *call, size_t *len);
 
 /* 200: the page with the result of this job. */
-enum http_verdict page_picture(struct call *call, const struct job *job);
+enum http_verdict
+page_picture(struct call *call, const struct job *job);
 
 #endif

@@ -9,12 +9,14 @@ struct span {
     size_t len;
 };
 
-static bool is_space(char c)
+static bool
+is_space(char c)
 {
     return c == ' ' || c == '\t';
 }
 
-static struct span trim(struct span s)
+static struct span
+trim(struct span s)
 {
     while (s.len > 0 && is_space(s.at[0])) {
         s.at++;
@@ -25,13 +27,15 @@ static struct span trim(struct span s)
     return s;
 }
 
-static bool span_is(struct span s, const char *word)
+static bool
+span_is(struct span s, const char *word)
 {
     return s.len == strlen(word) && strncasecmp(s.at, word, s.len) == 0;
 }
 
 /* Cuts the next part ending at `separator` (outside quotes) off *rest. */
-static bool next_part(struct span *rest, char separator, struct span *part)
+static bool
+next_part(struct span *rest, char separator, struct span *part)
 {
     bool quoted = false;
     size_t i;
@@ -56,13 +60,15 @@ static bool next_part(struct span *rest, char separator, struct span *part)
     return true;
 }
 
-static struct span whole(const char *text)
+static struct span
+whole(const char *text)
 {
     return (struct span){text, text ? strlen(text) : 0};
 }
 
 /* "wait=10" -> name, value without quotes; value.at NULL if there is none. */
-static void split_value(struct span part, struct span *name, struct span *value)
+static void
+split_value(struct span part, struct span *name, struct span *value)
 {
     const char *equals = part.len ? memchr(part.at, '=', part.len) : NULL;
 
@@ -80,7 +86,8 @@ static void split_value(struct span part, struct span *name, struct span *value)
     }
 }
 
-static bool read_seconds(struct span s, double *seconds)
+static bool
+read_seconds(struct span s, double *seconds)
 {
     double value = 0;
     size_t i;
@@ -96,12 +103,14 @@ static bool read_seconds(struct span s, double *seconds)
     return true;
 }
 
-bool seconds_read(const char *text, double *seconds)
+bool
+seconds_read(const char *text, double *seconds)
 {
     return read_seconds(whole(text), seconds);
 }
 
-struct prefer prefer_read(const char *header)
+struct prefer
+prefer_read(const char *header)
 {
     struct prefer prefer = {0};
     struct span rest = whole(header), item;
@@ -121,7 +130,8 @@ struct prefer prefer_read(const char *header)
 }
 
 /* "0.5" -> 500; a weight that cannot be read counts as 0. */
-static int read_weight(struct span s)
+static int
+read_weight(struct span s)
 {
     int weight, digit = 100;
     size_t i;
@@ -139,7 +149,8 @@ static int read_weight(struct span s)
 }
 
 /* How exactly a range names a type: 3 whole, 2 its first half, 1 any, 0 not. */
-static int range_fits(struct span range, const char *type)
+static int
+range_fits(struct span range, const char *type)
 {
     size_t half = strcspn(type, "/") + 1;
 
@@ -152,7 +163,8 @@ static int range_fits(struct span range, const char *type)
 }
 
 /* The weight that a whole Accept gives to one type, 0...1000. */
-static int accept_weight(const char *header, const char *type)
+static int
+accept_weight(const char *header, const char *type)
 {
     struct span rest = whole(header), item;
     int best_fit = 0, best = 0;
@@ -177,7 +189,8 @@ static int accept_weight(const char *header, const char *type)
     return best;
 }
 
-int accept_choose(const char *header, const char *const *types, size_t count)
+int
+accept_choose(const char *header, const char *const *types, size_t count)
 {
     int chosen = -1, best = 0;
     size_t i;
@@ -196,7 +209,8 @@ int accept_choose(const char *header, const char *const *types, size_t count)
 }
 
 /* The part of "de-AT" before the hyphen. */
-static bool language_is(struct span range, const char *code)
+static bool
+language_is(struct span range, const char *code)
 {
     const char *hyphen = range.len ? memchr(range.at, '-', range.len) : NULL;
 
@@ -205,8 +219,8 @@ static bool language_is(struct span range, const char *code)
     return span_is(range, code);
 }
 
-size_t language_choose(const char *header, const char *const *codes,
-                       size_t count)
+size_t
+language_choose(const char *header, const char *const *codes, size_t count)
 {
     struct span rest = whole(header), item;
     size_t chosen = 0, i;
@@ -233,7 +247,8 @@ size_t language_choose(const char *header, const char *const *codes,
     return chosen;
 }
 
-bool etag_listed(const char *header, const char *etag)
+bool
+etag_listed(const char *header, const char *etag)
 {
     struct span rest = whole(header), item;
     const char *opaque = strncmp(etag, "W/", 2) == 0 ? etag + 2 : etag;
@@ -251,7 +266,8 @@ bool etag_listed(const char *header, const char *etag)
     return false;
 }
 
-bool header_has_word(const char *header, const char *word)
+bool
+header_has_word(const char *header, const char *word)
 {
     struct span rest = whole(header), item;
 

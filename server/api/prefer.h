@@ -14,26 +14,31 @@ struct prefer {
 };
 
 /* The first of two equal preferences counts. */
-struct prefer prefer_read(const char *header);
+struct prefer
+prefer_read(const char *header);
 
 /* Index of the type the client likes best among `types` ("image/png"), the
  * earlier one if it likes two alike; -1 if it accepts none. NULL or an empty
  * header accepts everything. */
-int accept_choose(const char *header, const char *const *types, size_t count);
+int
+accept_choose(const char *header, const char *const *types, size_t count);
 
 /* Index of the language ("de") the reader likes best, as accept_choose; 0 if
  * none of them is named. "de-AT" is "de". */
-size_t language_choose(const char *header, const char *const *codes,
-                       size_t count);
+size_t
+language_choose(const char *header, const char *const *codes, size_t count);
 
 /* Is the entity tag (with its quotes) in the list, by weak comparison? "*"
  * matches everything. */
-bool etag_listed(const char *header, const char *etag);
+bool
+etag_listed(const char *header, const char *etag);
 
 /* Does the comma-separated header contain this word, in any case? */
-bool header_has_word(const char *header, const char *word);
+bool
+header_has_word(const char *header, const char *word);
 
 /* A whole number of seconds, 0...1e9, and nothing else. */
-bool seconds_read(const char *text, double *seconds);
+bool
+seconds_read(const char *text, double *seconds);
 
 #endif

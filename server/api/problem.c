@@ -15,22 +15,26 @@ static const struct {
 
 enum { RETRY_AFTER_S = 2 };
 
-const char *problem_slug(enum problem_kind kind)
+const char *
+problem_slug(enum problem_kind kind)
 {
     return kinds[kind].slug;
 }
 
-const char *problem_title(enum problem_kind kind)
+const char *
+problem_title(enum problem_kind kind)
 {
     return kinds[kind].title;
 }
 
-unsigned problem_status(enum problem_kind kind)
+unsigned
+problem_status(enum problem_kind kind)
 {
     return kinds[kind].status;
 }
 
-enum problem_kind problem_find(const char *slug)
+enum problem_kind
+problem_find(const char *slug)
 {
     unsigned kind;
 
@@ -41,7 +45,8 @@ enum problem_kind problem_find(const char *slug)
 }
 
 /* json.* codes have their own page, all others share one. */
-static void write_help(struct json_writer *w, enum error_code code)
+static void
+write_help(struct json_writer *w, enum error_code code)
 {
     const char *name = error_code_name(code);
     bool json = strncmp(name, "json.", 5) == 0;
@@ -53,8 +58,9 @@ static void write_help(struct json_writer *w, enum error_code code)
     bytes_clear(&text);
 }
 
-static void write_place(struct json_writer *w, const char *pointer,
-                        uint32_t line, uint32_t column)
+static void
+write_place(struct json_writer *w, const char *pointer, uint32_t line,
+            uint32_t column)
 {
     json_put_string_or_null(w, "pointer", pointer);
     if (line > 0) {
@@ -63,8 +69,8 @@ static void write_place(struct json_writer *w, const char *pointer,
     }
 }
 
-void problem_write_errors(struct json_writer *w,
-                          const struct error_list *errors)
+void
+problem_write_errors(struct json_writer *w, const struct error_list *errors)
 {
     size_t i;
 
@@ -88,8 +94,9 @@ void problem_write_errors(struct json_writer *w,
         json_put_bool(w, "errors_truncated", true);
 }
 
-void problem_write_warnings(struct json_writer *w,
-                            const struct lint_item *items, size_t count)
+void
+problem_write_warnings(struct json_writer *w, const struct lint_item *items,
+                       size_t count)
 {
     size_t i;
 
@@ -104,7 +111,8 @@ void problem_write_warnings(struct json_writer *w,
     json_end_array(w);
 }
 
-void problem_write_place(struct json_writer *w, const void *place)
+void
+problem_write_place(struct json_writer *w, const void *place)
 {
     const struct problem_place *at = place;
     struct bytes excerpt = {0};
@@ -119,8 +127,9 @@ void problem_write_place(struct json_writer *w, const void *place)
     bytes_clear(&excerpt);
 }
 
-void problem_write(const struct problem *problem, const char *request_id,
-                   struct bytes *out)
+void
+problem_write(const struct problem *problem, const char *request_id,
+              struct bytes *out)
 {
     struct json_writer w = {.out = out};
     struct bytes text = {0};
@@ -146,8 +155,9 @@ void problem_write(const struct problem *problem, const char *request_id,
     bytes_clear(&text);
 }
 
-void problem_reply(struct request *request, struct reply *reply,
-                   const struct problem *problem)
+void
+problem_reply(struct request *request, struct reply *reply,
+              const struct problem *problem)
 {
     unsigned status = problem_status(problem->kind);
 

@@ -68,25 +68,32 @@ struct problem {
     const void *user;
 };
 
-const char *problem_slug(enum problem_kind kind);
-const char *problem_title(enum problem_kind kind);
-unsigned problem_status(enum problem_kind kind);
+const char *
+problem_slug(enum problem_kind kind);
+const char *
+problem_title(enum problem_kind kind);
+unsigned
+problem_status(enum problem_kind kind);
 /* PROBLEM_COUNT if there is no such slug. */
-enum problem_kind problem_find(const char *slug);
+enum problem_kind
+problem_find(const char *slug);
 
 /* The body. */
-void problem_write(const struct problem *problem, const char *request_id,
-                   struct bytes *out);
+void
+problem_write(const struct problem *problem, const char *request_id,
+              struct bytes *out);
 
 /* Status, Content-Type, Retry-After for every 503, body. */
-void problem_reply(struct request *request, struct reply *reply,
-                   const struct problem *problem);
+void
+problem_reply(struct request *request, struct reply *reply,
+              const struct problem *problem);
 
 /* The arrays "errors" and "warnings" of a problem, also for validate. */
-void problem_write_errors(struct json_writer *w,
-                          const struct error_list *errors);
-void problem_write_warnings(struct json_writer *w,
-                            const struct lint_item *items, size_t count);
+void
+problem_write_errors(struct json_writer *w, const struct error_list *errors);
+void
+problem_write_warnings(struct json_writer *w, const struct lint_item *items,
+                       size_t count);
 
 /* {"line", "column", "offset", "excerpt"} of a place in `text`: offset in
  * bytes, excerpt two lines, the second with a caret. line and column are
@@ -96,6 +103,7 @@ struct problem_place {
     size_t len;
     uint32_t line, column;
 };
-void problem_write_place(struct json_writer *w, const void *place);
+void
+problem_write_place(struct json_writer *w, const void *place);
 
 #endif

@@ -15,7 +15,8 @@ enum { HOPELESS = 4 };
 
 /* --- what is asked for --- */
 
-static void read_preferences(struct call *call)
+static void
+read_preferences(struct call *call)
 {
     struct visit *visit = call->visit;
     const struct api_options *options = &call->api->options;
@@ -31,8 +32,8 @@ static void read_preferences(struct call *call)
         call->request->started_us + (int64_t)(visit->wait * 1e6);
 }
 
-static enum http_verdict refuse_format(struct call *call, struct order *order,
-                                       const char *format)
+static enum http_verdict
+refuse_format(struct call *call, struct order *order, const char *format)
 {
     const struct json *output = json_member(order->root, "output");
 
@@ -44,7 +45,8 @@ static enum http_verdict refuse_format(struct call *call, struct order *order,
 }
 
 /* As if the body had said {"format": ...} and nothing else. */
-static void take_format(struct order *order, const char *format)
+static void
+take_format(struct order *order, const char *format)
 {
     const char *text =
         arena_printf(&order->arena, "{\"format\":\"%s\"}", format);
@@ -58,7 +60,8 @@ static void take_format(struct order *order, const char *format)
 
 /* ?format= and Accept choose the output where the body has none. False:
  * answered. */
-static bool choose_output(struct call *call, struct order *order)
+static bool
+choose_output(struct call *call, struct order *order)
 {
     static const char *const all[] = {"image/png", "image/x-exr",
                                       "application/json"};
@@ -111,7 +114,8 @@ static bool choose_output(struct call *call, struct order *order)
 
 /* --- endings --- */
 
-static void say_preferences(struct call *call, bool waited)
+static void
+say_preferences(struct call *call, bool waited)
 {
     const struct prefer *prefer = &call->visit->prefer;
     char wait[32] = "";
@@ -124,8 +128,8 @@ static void say_preferences(struct call *call, bool waited)
                      prefer->respond_async ? "respond-async" : "", wait);
 }
 
-static enum http_verdict deliver(struct call *call, const struct job *job,
-                                 const char *cache)
+static enum http_verdict
+deliver(struct call *call, const struct job *job, const char *cache)
 {
     uint64_t len;
     int fd;
@@ -146,7 +150,8 @@ static enum http_verdict deliver(struct call *call, const struct job *job,
     return result_send(call, job, fd, len, cache);
 }
 
-static void write_job_link(struct json_writer *w, const void *user)
+static void
+write_job_link(struct json_writer *w, const void *user)
 {
     const struct job *job = user;
     struct bytes link = {0};
@@ -160,7 +165,8 @@ static void write_job_link(struct json_writer *w, const void *user)
 }
 
 /* The wait is over and the image is not there: the job goes on. */
-static enum http_verdict leave_running(struct call *call, const struct job *job)
+static enum http_verdict
+leave_running(struct call *call, const struct job *job)
 {
     unsigned after =
         order_retry_after(job->estimate_seconds * (1 - job->progress));
@@ -189,7 +195,8 @@ static enum http_verdict leave_running(struct call *call, const struct job *job)
     return call_show_problem(call, &problem);
 }
 
-static void write_estimate(struct json_writer *w, const void *user)
+static void
+write_estimate(struct json_writer *w, const void *user)
 {
     const struct scene_cost *cost = user;
 
@@ -200,8 +207,8 @@ static void write_estimate(struct json_writer *w, const void *user)
     json_end_object(w);
 }
 
-static enum http_verdict refuse_hopeless(struct call *call,
-                                         const struct scene_cost *cost)
+static enum http_verdict
+refuse_hopeless(struct call *call, const struct scene_cost *cost)
 {
     struct problem problem = {
         .kind = PROBLEM_NEEDS_ASYNC,
@@ -220,7 +227,8 @@ static enum http_verdict refuse_hopeless(struct call *call,
 /* --- turns --- */
 
 /* Answer from what was rendered before. False: there is nothing. */
-static bool answer_from_cache(struct call *call, const struct order *order)
+static bool
+answer_from_cache(struct call *call, const struct order *order)
 {
     struct request *request = call->request;
     const char *etag = result_etag(order->job.render_key, request->arena);
@@ -254,7 +262,8 @@ static bool answer_from_cache(struct call *call, const struct order *order)
     return true;
 }
 
-static enum http_verdict place_order(struct call *call, struct order *order)
+static enum http_verdict
+place_order(struct call *call, struct order *order)
 {
     if (!choose_output(call, order) || !order_complete(call, order))
         return HTTP_REPLY;
@@ -266,8 +275,8 @@ static enum http_verdict place_order(struct call *call, struct order *order)
     return order_submit(call, order);
 }
 
-static enum http_verdict render_begin(struct call *call, const char *text,
-                                      size_t len)
+static enum http_verdict
+render_begin(struct call *call, const char *text, size_t len)
 {
     struct order order;
     int64_t wait_until;
@@ -286,7 +295,8 @@ static enum http_verdict render_begin(struct call *call, const char *text,
     return verdict;
 }
 
-static enum http_verdict look_at_job(struct call *call)
+static enum http_verdict
+look_at_job(struct call *call)
 {
     struct error err = {0};
     struct job job;
@@ -304,7 +314,8 @@ static enum http_verdict look_at_job(struct call *call)
     return call_park(call);
 }
 
-static enum http_verdict render_go_on(struct call *call)
+static enum http_verdict
+render_go_on(struct call *call)
 {
     struct visit *visit = call->visit;
     struct job job;
@@ -320,7 +331,8 @@ static enum http_verdict render_go_on(struct call *call)
     return look_at_job(call);
 }
 
-enum http_verdict render_post(struct call *call)
+enum http_verdict
+render_post(struct call *call)
 {
     if (call->visit->stage != STAGE_NEW)
         return render_go_on(call);
@@ -329,7 +341,8 @@ enum http_verdict render_post(struct call *call)
     return render_begin(call, call->request->body, call->request->body_len);
 }
 
-enum http_verdict render_form(struct call *call)
+enum http_verdict
+render_form(struct call *call)
 {
     size_t len;
 

@@ -8,13 +8,14 @@
 #include "server/api/job_json.h"
 #include "server/api/routes.h"
 
-const char *result_etag(const char *render_key, struct arena *arena)
+const char *
+result_etag(const char *render_key, struct arena *arena)
 {
     return arena_printf(arena, "\"%.40s\"", render_key);
 }
 
-int result_open(struct call *call, const struct job *job, uint64_t *len,
-                bool quiet)
+int
+result_open(struct call *call, const struct job *job, uint64_t *len, bool quiet)
 {
     struct error err = {0};
     int fd = blobs_get(call->api->blobs, job->result, len, &err);
@@ -29,8 +30,9 @@ int result_open(struct call *call, const struct job *job, uint64_t *len,
     return fd;
 }
 
-enum http_verdict result_send(struct call *call, const struct job *job, int fd,
-                              uint64_t len, const char *cache)
+enum http_verdict
+result_send(struct call *call, const struct job *job, int fd, uint64_t len,
+            const char *cache)
 {
     struct request *request = call->request;
     struct reply *reply = call->reply;
@@ -61,7 +63,8 @@ enum http_verdict result_send(struct call *call, const struct job *job, int fd,
     return HTTP_REPLY;
 }
 
-static void write_job_error(struct json_writer *w, const void *user)
+static void
+write_job_error(struct json_writer *w, const void *user)
 {
     const struct job *job = user;
 
@@ -70,8 +73,8 @@ static void write_job_error(struct json_writer *w, const void *user)
     job_json_write_error(w, "error", job);
 }
 
-enum http_verdict result_refuse(struct call *call, const struct job *job,
-                                enum problem_kind kind)
+enum http_verdict
+result_refuse(struct call *call, const struct job *job, enum problem_kind kind)
 {
     struct problem problem = {
         .kind = kind, .more = write_job_error, .user = job};
@@ -91,8 +94,8 @@ enum http_verdict result_refuse(struct call *call, const struct job *job,
 /* --- GET /v1/jobs/{id}/result --- */
 
 /* The layers that the stored result has, as its output settings say. */
-static bool stored_output(struct call *call, const struct job *job,
-                          struct output *output)
+static bool
+stored_output(struct call *call, const struct job *job, struct output *output)
 {
     struct error_list errors = {.arena = call->request->arena};
     const struct json *node = json_read(job->output, strlen(job->output), NULL,
@@ -104,7 +107,8 @@ static bool stored_output(struct call *call, const struct job *job,
     return false;
 }
 
-static void write_layers(struct json_writer *w, const void *user)
+static void
+write_layers(struct json_writer *w, const void *user)
 {
     const struct output *output = user;
     uint32_t i;
@@ -116,7 +120,8 @@ static void write_layers(struct json_writer *w, const void *user)
 }
 
 /* Is the stored result what ?layer= asks for? False: answered. */
-static bool layer_fits(struct call *call, const struct output *output)
+static bool
+layer_fits(struct call *call, const struct output *output)
 {
     const char *name = request_query(call->request, "layer");
     struct problem problem = {
@@ -144,7 +149,8 @@ static bool layer_fits(struct call *call, const struct output *output)
 }
 
 /* Is the stored result in the format asked for? False: answered. */
-static bool format_fits(struct call *call, const struct output *output)
+static bool
+format_fits(struct call *call, const struct output *output)
 {
     const char *format = request_query(call->request, "format");
     const char *accept = request_header(call->request, "Accept");
@@ -168,7 +174,8 @@ static bool format_fits(struct call *call, const struct output *output)
     return false;
 }
 
-enum http_verdict job_result(struct call *call)
+enum http_verdict
+job_result(struct call *call)
 {
     struct error err = {0};
     struct output output;

@@ -31,8 +31,9 @@ const struct route routes[] = {
 const size_t route_count = sizeof routes / sizeof routes[0];
 
 /* Does `path` have the form of `pattern`? *param points into path. */
-static bool path_fits(const char *pattern, const char *path, const char **param,
-                      size_t *param_len)
+static bool
+path_fits(const char *pattern, const char *path, const char **param,
+          size_t *param_len)
 {
     *param = NULL;
     *param_len = 0;
@@ -51,9 +52,9 @@ static bool path_fits(const char *pattern, const char *path, const char **param,
     return *path == '\0';
 }
 
-const struct route *route_find(const char *method, const char *path,
-                               struct arena *arena, const char **param,
-                               bool *path_known)
+const struct route *
+route_find(const char *method, const char *path, struct arena *arena,
+           const char **param, bool *path_known)
 {
     const char *wanted = strcmp(method, "HEAD") == 0 ? "GET" : method;
     const char *part;
@@ -74,7 +75,8 @@ const struct route *route_find(const char *method, const char *path,
     return NULL;
 }
 
-const char *route_allow(const char *path, struct arena *arena)
+const char *
+route_allow(const char *path, struct arena *arena)
 {
     const char *allow = "", *part;
     size_t i, len;
@@ -90,7 +92,8 @@ const char *route_allow(const char *path, struct arena *arena)
     return allow ? allow : "";
 }
 
-const char *route_near(const char *path)
+const char *
+route_near(const char *path)
 {
     const char *names[sizeof routes / sizeof routes[0]];
     size_t i, n = 0;
@@ -101,7 +104,8 @@ const char *route_near(const char *path)
     return json_did_you_mean(path, names, n);
 }
 
-bool route_has_query(const struct route *route, const char *name)
+bool
+route_has_query(const struct route *route, const char *name)
 {
     const char *at = route->query;
     size_t len = strlen(name);

@@ -9,12 +9,14 @@
 
 /* --- POST /v1/scenes/validate --- */
 
-static const char *texture_kind_name(enum texture_kind kind)
+static const char *
+texture_kind_name(enum texture_kind kind)
 {
     return kind == TEXTURE_CHECKERBOARD ? "checkerboard" : "constant";
 }
 
-static void write_summary(struct json_writer *w, const struct scene *scene)
+static void
+write_summary(struct json_writer *w, const struct scene *scene)
 {
     struct bytes counts = {0};
     bool seen[2] = {false};
@@ -43,8 +45,9 @@ static void write_summary(struct json_writer *w, const struct scene *scene)
     bytes_clear(&counts);
 }
 
-static void write_valid(struct call *call, struct json_writer *w,
-                        struct order *order, bool lint)
+static void
+write_valid(struct call *call, struct json_writer *w, struct order *order,
+            bool lint)
 {
     const struct scene_cost *cost = &order->cost;
     const struct lint_item *items = NULL;
@@ -68,7 +71,8 @@ static void write_valid(struct call *call, struct json_writer *w,
     json_end_object(w);
 }
 
-static void write_invalid(struct json_writer *w, const struct order *order)
+static void
+write_invalid(struct json_writer *w, const struct order *order)
 {
     json_put_bool(w, "valid", false);
     json_put_null(w, "scene_hash");
@@ -79,8 +83,8 @@ static void write_invalid(struct json_writer *w, const struct order *order)
     json_put_null(w, "estimate");
 }
 
-static enum http_verdict answer_validate(struct call *call, struct order *order,
-                                         bool valid, bool lint)
+static enum http_verdict
+answer_validate(struct call *call, struct order *order, bool valid, bool lint)
 {
     struct bytes body = {0};
     struct json_writer w = {.out = &body};
@@ -98,12 +102,14 @@ static enum http_verdict answer_validate(struct call *call, struct order *order,
 }
 
 /* Not JSON at all: that is a bad request, not a bad scene. */
-static bool is_readable(const struct order *order)
+static bool
+is_readable(const struct order *order)
 {
     return order->root != NULL;
 }
 
-enum http_verdict scenes_validate(struct call *call)
+enum http_verdict
+scenes_validate(struct call *call)
 {
     const char *lint = request_query(call->request, "lint");
     enum http_verdict verdict;
@@ -127,15 +133,17 @@ enum http_verdict scenes_validate(struct call *call)
 
 /* --- GET /v1/scenes/examples[/{name}] --- */
 
-static const char *text_member(const struct json *scene, const char *key)
+static const char *
+text_member(const struct json *scene, const char *key)
 {
     const struct json *member = json_member(scene, key);
 
     return member && member->type == JSON_STRING ? member->string : NULL;
 }
 
-static void write_example(struct json_writer *w, const struct file *file,
-                          const char *name, struct arena *arena)
+static void
+write_example(struct json_writer *w, const struct file *file, const char *name,
+              struct arena *arena)
 {
     struct error_list errors = {.arena = arena};
     const struct json *scene =
@@ -155,7 +163,8 @@ static void write_example(struct json_writer *w, const struct file *file,
     json_end_object(w);
 }
 
-enum http_verdict scenes_examples(struct call *call)
+enum http_verdict
+scenes_examples(struct call *call)
 {
     struct bytes body = {0};
     struct json_writer w = {.out = &body};
@@ -189,7 +198,8 @@ enum http_verdict scenes_examples(struct call *call)
     return HTTP_REPLY;
 }
 
-enum http_verdict scenes_example(struct call *call)
+enum http_verdict
+scenes_example(struct call *call)
 {
     const struct file *file = example_find(call->param);
 

@@ -35,8 +35,8 @@ static const char request_line[] =
     "the request line must be METHOD, one space, a target that begins with "
     "'/', one space, HTTP/1.1";
 
-static bool refuse(struct gate *gate, enum gate_refusal refusal,
-                   const char *detail)
+static bool
+refuse(struct gate *gate, enum gate_refusal refusal, const char *detail)
 {
     gate->state = SHUT;
     gate->refusal = (uint8_t)refusal;
@@ -44,19 +44,22 @@ static bool refuse(struct gate *gate, enum gate_refusal refusal,
     return false;
 }
 
-static bool bad(struct gate *gate, const char *detail)
+static bool
+bad(struct gate *gate, const char *detail)
 {
     return refuse(gate, GATE_MALFORMED, detail);
 }
 
-static bool is_token(unsigned char c)
+static bool
+is_token(unsigned char c)
 {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
            (c >= 'A' && c <= 'Z') ||
            (c != 0 && strchr("!#$%&'*+-.^_`|~", c) != NULL);
 }
 
-static int hex(unsigned char c)
+static int
+hex(unsigned char c)
 {
     if (c >= '0' && c <= '9')
         return c - '0';
@@ -64,26 +67,29 @@ static int hex(unsigned char c)
     return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-static char lower(unsigned char c)
+static char
+lower(unsigned char c)
 {
     return (char)(c >= 'A' && c <= 'Z' ? c + 32 : c);
 }
 
 /* A byte that no field value may have: controls but HTAB, and DEL. */
-static bool is_control(unsigned char c)
+static bool
+is_control(unsigned char c)
 {
     return (c < 0x20 && c != '\t') || c == 0x7f;
 }
 
-static bool line_error(struct gate *gate, unsigned char c,
-                       const char *otherwise)
+static bool
+line_error(struct gate *gate, unsigned char c, const char *otherwise)
 {
     return bad(gate, c == '\n' ? bare_lf : otherwise);
 }
 
 /* --- the request line --- */
 
-static bool see_start(struct gate *gate, unsigned char c)
+static bool
+see_start(struct gate *gate, unsigned char c)
 {
     if (c == '\r' && !gate->blank) {
         gate->state = BLANK_LF;
@@ -95,7 +101,8 @@ static bool see_start(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool see_method(struct gate *gate, unsigned char c)
+static bool
+see_method(struct gate *gate, unsigned char c)
 {
     if (c == ' ') {
         gate->state = TARGET;
@@ -107,7 +114,8 @@ static bool see_method(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool see_target(struct gate *gate, unsigned char c)
+static bool
+see_target(struct gate *gate, unsigned char c)
 {
     bool first = gate->line == 0;
     gate->line = 1;
@@ -129,7 +137,8 @@ static bool see_target(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool see_percent(struct gate *gate, unsigned char c)
+static bool
+see_percent(struct gate *gate, unsigned char c)
 {
     static const char detail[] = "a percent sign in the target needs two "
                                  "hexadecimal digits, and not 00";
@@ -147,7 +156,8 @@ static bool see_percent(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool see_version(struct gate *gate, unsigned char c)
+static bool
+see_version(struct gate *gate, unsigned char c)
 {
     static const char pattern[] = "HTTP/#.#";
     if (gate->line == sizeof pattern - 1) {
@@ -170,19 +180,22 @@ static bool see_version(struct gate *gate, unsigned char c)
 
 /* --- headers and trailers --- */
 
-static bool name_is(const struct gate *gate, const char *name)
+static bool
+name_is(const struct gate *gate, const char *name)
 {
     size_t len = strlen(name);
     return gate->name_len == len && memcmp(gate->name, name, len) == 0;
 }
 
-static void count(uint8_t *counter)
+static void
+count(uint8_t *counter)
 {
     if (*counter < 2)
         ++*counter;
 }
 
-static bool read_length(struct gate *gate)
+static bool
+read_length(struct gate *gate)
 {
     static const char detail[] = "Content-Length must be one decimal number";
     count(&gate->lengths);
@@ -198,7 +211,8 @@ static bool read_length(struct gate *gate)
     return true;
 }
 
-static bool read_coding(struct gate *gate)
+static bool
+read_coding(struct gate *gate)
 {
     count(&gate->codings);
     for (unsigned i = 0; i < gate->value_len; i++)
@@ -211,7 +225,8 @@ static bool read_coding(struct gate *gate)
 /* A header line is over: does it frame the message? White space behind the
  * value, which the standard allows, is refused here: the library keeps it and
  * then takes `chunked ` for a body that ends with the connection. */
-static bool end_header(struct gate *gate)
+static bool
+end_header(struct gate *gate)
 {
     if (gate->trailer)
         return true;
@@ -225,7 +240,8 @@ static bool end_header(struct gate *gate)
 }
 
 /* The head is whole: is there one way to tell where the message ends? */
-static bool end_head(struct gate *gate)
+static bool
+end_head(struct gate *gate)
 {
     if (gate->hosts > 1)
         return bad(gate, "there is more than one Host");
@@ -249,7 +265,8 @@ static bool end_head(struct gate *gate)
     return true;
 }
 
-static bool see_name_start(struct gate *gate, unsigned char c)
+static bool
+see_name_start(struct gate *gate, unsigned char c)
 {
     gate->name_len = 0;
     gate->value_len = 0;
@@ -269,7 +286,8 @@ static bool see_name_start(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool see_name(struct gate *gate, unsigned char c)
+static bool
+see_name(struct gate *gate, unsigned char c)
 {
     if (c == ':') {
         gate->state = VALUE;
@@ -286,7 +304,8 @@ static bool see_name(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool see_value(struct gate *gate, unsigned char c)
+static bool
+see_value(struct gate *gate, unsigned char c)
 {
     if (c == '\r') {
         gate->state = VALUE_LF;
@@ -305,7 +324,8 @@ static bool see_value(struct gate *gate, unsigned char c)
 
 /* --- chunks --- */
 
-static bool see_size(struct gate *gate, unsigned char c)
+static bool
+see_size(struct gate *gate, unsigned char c)
 {
     int digit = hex(c);
     if (digit >= 0 && gate->line < SIZE_DIGITS_MAX) {
@@ -322,7 +342,8 @@ static bool see_size(struct gate *gate, unsigned char c)
                       "number of 1 to 15 digits");
 }
 
-static bool see_extension(struct gate *gate, unsigned char c)
+static bool
+see_extension(struct gate *gate, unsigned char c)
 {
     if (c == '\r') {
         gate->state = SIZE_LF;
@@ -335,7 +356,8 @@ static bool see_extension(struct gate *gate, unsigned char c)
     return true;
 }
 
-static bool end_size(struct gate *gate)
+static bool
+end_size(struct gate *gate)
 {
     gate->line = 0;
     gate->trailer = gate->left == 0;
@@ -344,7 +366,8 @@ static bool end_size(struct gate *gate)
 }
 
 /* After an LF that had its CR. */
-static bool see_lf(struct gate *gate, unsigned char c)
+static bool
+see_lf(struct gate *gate, unsigned char c)
 {
     if (c != '\n')
         return bad(gate, bare_cr);
@@ -361,13 +384,15 @@ static bool see_lf(struct gate *gate, unsigned char c)
     }
 }
 
-static bool see_chunk_end(struct gate *gate, unsigned char c)
+static bool
+see_chunk_end(struct gate *gate, unsigned char c)
 {
     gate->state = CHUNK_LF;
     return c == '\r' || line_error(gate, c, "a chunk is longer than its size");
 }
 
-static bool see_nothing(struct gate *gate, unsigned char c)
+static bool
+see_nothing(struct gate *gate, unsigned char c)
 {
     (void)gate, (void)c;
     return false;
@@ -396,7 +421,8 @@ static bool (*const see[])(struct gate *gate, unsigned char c) = {
     [SHUT] = see_nothing,
 };
 
-bool gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole)
+bool
+gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole)
 {
     *whole = 0;
     for (size_t i = 0; i < n;) {
@@ -417,7 +443,8 @@ bool gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole)
     return true;
 }
 
-bool gate_between(const struct gate *gate)
+bool
+gate_between(const struct gate *gate)
 {
     return gate->state == START;
 }

@@ -45,9 +45,11 @@ struct gate {
 /* Look at the next `n` bytes. False when they hold a violation: then `whole`
  * is how many of them belong to requests that ended before the bad one began
  * (0: none), and the gate stays shut for ever. */
-bool gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole);
+bool
+gate_feed(struct gate *gate, const char *data, size_t n, size_t *whole);
 
 /* Between two requests: nothing of a next one has come yet. */
-bool gate_between(const struct gate *gate);
+bool
+gate_between(const struct gate *gate);
 
 #endif

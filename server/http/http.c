@@ -131,7 +131,8 @@ struct http {
 
 /* --- lists and tickets, under the lock --- */
 
-static void list_remove(struct conn *conn)
+static void
+list_remove(struct conn *conn)
 {
     struct list *list = &conn->http->lists[conn->place];
     if (conn->place == NOWHERE)
@@ -142,7 +143,8 @@ static void list_remove(struct conn *conn)
     conn->place = NOWHERE;
 }
 
-static void list_add(struct conn *conn, enum place place, int64_t deadline_us)
+static void
+list_add(struct conn *conn, enum place place, int64_t deadline_us)
 {
     struct list *list = &conn->http->lists[place];
     list_remove(conn);
@@ -153,7 +155,8 @@ static void list_add(struct conn *conn, enum place place, int64_t deadline_us)
     list->last = conn;
 }
 
-static struct conn *find_ticket(struct http *http, uint64_t ticket)
+static struct conn *
+find_ticket(struct http *http, uint64_t ticket)
 {
     uint32_t slot = (uint32_t)(ticket & ((1u << SLOT_BITS) - 1));
     struct conn *conn =
@@ -161,13 +164,15 @@ static struct conn *find_ticket(struct http *http, uint64_t ticket)
     return conn != NULL && conn->ticket == ticket ? conn : NULL;
 }
 
-static void unpark(struct conn *conn)
+static void
+unpark(struct conn *conn)
 {
     list_remove(conn);
     MHD_resume_connection(conn->mhd);
 }
 
-static void kick_watchman(struct http *http)
+static void
+kick_watchman(struct http *http)
 {
     uint64_t one = 1;
     ssize_t n = write(http->kick, &one, sizeof one);
@@ -176,7 +181,8 @@ static void kick_watchman(struct http *http)
 
 /* --- the time in which a request must be whole --- */
 
-static void start_timing(struct conn *conn)
+static void
+start_timing(struct conn *conn)
 {
     struct http *http = conn->http;
     if (conn->timed)
@@ -190,7 +196,8 @@ static void start_timing(struct conn *conn)
     pthread_mutex_unlock(&http->lock);
 }
 
-static void stop_timing(struct conn *conn)
+static void
+stop_timing(struct conn *conn)
 {
     if (!conn->timed)
         return;
@@ -202,8 +209,8 @@ static void stop_timing(struct conn *conn)
 
 /* --- a request's life --- */
 
-static void request_begin(struct conn *conn, const char *method,
-                          const char *path)
+static void
+request_begin(struct conn *conn, const char *method, const char *path)
 {
     struct http *http = conn->http;
     arena_init(&conn->arena, REQUEST_BYTES);
@@ -224,7 +231,8 @@ static void request_begin(struct conn *conn, const char *method,
     pthread_mutex_unlock(&http->lock);
 }
 
-static void reply_clear(struct reply *reply)
+static void
+reply_clear(struct reply *reply)
 {
     bytes_clear(&reply->body);
     if (reply->fd > 0)
@@ -232,7 +240,8 @@ static void reply_clear(struct reply *reply)
     reply->fd = 0;
 }
 
-static void request_end(struct conn *conn, bool gone)
+static void
+request_end(struct conn *conn, bool gone)
 {
     struct http *http = conn->http;
     pthread_mutex_lock(&http->lock);
@@ -263,7 +272,8 @@ static void request_end(struct conn *conn, bool gone)
  * the socket; the caller then lets the library close the connection, and the
  * watchman sends what did not fit. Only while no other answer is under way on
  * this connection: all callers come from reading. */
-static void write_raw(struct conn *conn, const struct reply *reply)
+static void
+write_raw(struct conn *conn, const struct reply *reply)
 {
     struct bytes *out = &conn->unsent;
     bytes_printf(out, "HTTP/1.1 %u %s\r\n", reply->status,
@@ -287,7 +297,8 @@ static void write_raw(struct conn *conn, const struct reply *reply)
 }
 
 /* 505 and 500 have no problem document, as the library's own refusals. */
-static void write_html(struct conn *conn, unsigned status, const char *text)
+static void
+write_html(struct conn *conn, unsigned status, const char *text)
 {
     struct reply reply = {.status = status,
                           .fixed = text,
@@ -297,8 +308,8 @@ static void write_html(struct conn *conn, unsigned status, const char *text)
     write_raw(conn, &reply);
 }
 
-static void answer_raw(struct conn *conn, enum http_refusal why,
-                       const char *detail)
+static void
+answer_raw(struct conn *conn, enum http_refusal why, const char *detail)
 {
     struct http *http = conn->http;
     struct reply reply = {0};
@@ -314,7 +325,8 @@ static void answer_raw(struct conn *conn, enum http_refusal why,
         request_end(conn, false);
 }
 
-static void answer_gate(struct conn *conn)
+static void
+answer_gate(struct conn *conn)
 {
     if (conn->gate.refusal == GATE_VERSION)
         write_html(conn, 505,
@@ -327,7 +339,8 @@ static void answer_gate(struct conn *conn)
                    conn->gate.detail);
 }
 
-static void answer_late(struct conn *conn)
+static void
+answer_late(struct conn *conn)
 {
     char detail[96];
     snprintf(detail, sizeof detail, "the request was not complete within %g s",
@@ -341,7 +354,8 @@ static void answer_late(struct conn *conn)
 /* Each byte of a connection comes by here before the library sees it (tap.h).
  * Were it ever bypassed, begin_request() would find no head that the gate let
  * through and serve nobody. */
-static ssize_t pass_gate(struct conn *conn, void *data, size_t len, int flags)
+static ssize_t
+pass_gate(struct conn *conn, void *data, size_t len, int flags)
 {
     /* After a park the library reads once although it has a request to serve.
      * Its bytes, or what the gate has to say, come behind the answer. */
@@ -378,7 +392,8 @@ static ssize_t pass_gate(struct conn *conn, void *data, size_t len, int flags)
     return (ssize_t)whole;
 }
 
-static ssize_t on_receive(void *user, int fd, void *data, size_t len, int flags)
+static ssize_t
+on_receive(void *user, int fd, void *data, size_t len, int flags)
 {
     struct http *http = user;
     struct conn *conn =
@@ -389,7 +404,8 @@ static ssize_t on_receive(void *user, int fd, void *data, size_t len, int flags)
 
 /* --- replies through the library --- */
 
-static const char *reply_find(const struct reply *reply, const char *name)
+static const char *
+reply_find(const struct reply *reply, const char *name)
 {
     for (unsigned i = 0; i < reply->header_count; i++)
         if (strcasecmp(reply->headers[i].name, name) == 0)
@@ -398,8 +414,8 @@ static const char *reply_find(const struct reply *reply, const char *name)
 }
 
 /* A file, or the part of it that a Range header asks for. */
-static struct MHD_Response *file_response(struct conn *conn,
-                                          struct reply *reply)
+static struct MHD_Response *
+file_response(struct conn *conn, struct reply *reply)
 {
     uint64_t first = 0, last = 0;
     enum range_kind kind = RANGE_WHOLE;
@@ -451,8 +467,8 @@ static struct MHD_Response *file_response(struct conn *conn,
     return response;
 }
 
-static struct MHD_Response *make_response(struct conn *conn,
-                                          struct reply *reply)
+static struct MHD_Response *
+make_response(struct conn *conn, struct reply *reply)
 {
     if (reply->fd > 0)
         return file_response(conn, reply);
@@ -473,7 +489,8 @@ static struct MHD_Response *make_response(struct conn *conn,
 
 /* MHD_NO makes the library close the connection without an answer: there was
  * no memory for one. */
-static enum MHD_Result send_reply(struct conn *conn, struct reply *reply)
+static enum MHD_Result
+send_reply(struct conn *conn, struct reply *reply)
 {
     enum MHD_Result result = MHD_NO;
     struct MHD_Response *response = make_response(conn, reply);
@@ -494,7 +511,8 @@ out:
 
 /* --- first call: the head is there --- */
 
-static bool is_loopback(const struct sockaddr *address)
+static bool
+is_loopback(const struct sockaddr *address)
 {
     if (address->sa_family == AF_INET) {
         const struct sockaddr_in *v4 = (const void *)address;
@@ -508,8 +526,9 @@ static bool is_loopback(const struct sockaddr *address)
            (IN6_IS_ADDR_V4MAPPED(v6) && v6->s6_addr[12] == 127);
 }
 
-static void refuse(struct conn *conn, struct reply *reply,
-                   enum http_refusal why, const char *detail)
+static void
+refuse(struct conn *conn, struct reply *reply, enum http_refusal why,
+       const char *detail)
 {
     struct http *http = conn->http;
     http->handler.refuse(http->handler.app, &conn->request, reply, why, detail);
@@ -517,7 +536,8 @@ static void refuse(struct conn *conn, struct reply *reply,
 }
 
 /* What the head alone forbids. `length` is UINT64_MAX for a chunked body. */
-static void check_head(struct conn *conn, struct reply *reply, uint64_t length)
+static void
+check_head(struct conn *conn, struct reply *reply, uint64_t length)
 {
     const char *coding = request_header(&conn->request, "Content-Encoding");
     if (reply->status != 0 || length == 0)
@@ -534,8 +554,8 @@ static void check_head(struct conn *conn, struct reply *reply, uint64_t length)
     }
 }
 
-static enum MHD_Result begin_request(struct conn *conn, const char *method,
-                                     const char *path)
+static enum MHD_Result
+begin_request(struct conn *conn, const char *method, const char *path)
 {
     struct http *http = conn->http;
     if (conn->heads == conn->gate.heads) {
@@ -586,7 +606,8 @@ static enum MHD_Result begin_request(struct conn *conn, const char *method,
 
 /* --- further calls: bytes of the body --- */
 
-static bool grow_body(struct conn *conn, size_t needed)
+static bool
+grow_body(struct conn *conn, size_t needed)
 {
     struct http *http = conn->http;
     if (needed <= conn->capacity)
@@ -611,8 +632,8 @@ static bool grow_body(struct conn *conn, size_t needed)
     return true;
 }
 
-static enum MHD_Result take_body(struct conn *conn, const char *data,
-                                 size_t len)
+static enum MHD_Result
+take_body(struct conn *conn, const char *data, size_t len)
 {
     struct request *request = &conn->request;
     if (conn->early != NULL)
@@ -639,7 +660,8 @@ static enum MHD_Result take_body(struct conn *conn, const char *data,
 /* --- last calls: turns --- */
 
 /* False when the server is stopping. */
-static bool park(struct conn *conn, int64_t park_ms)
+static bool
+park(struct conn *conn, int64_t park_ms)
 {
     struct http *http = conn->http;
     pthread_mutex_lock(&http->lock);
@@ -656,7 +678,8 @@ static bool park(struct conn *conn, int64_t park_ms)
     return open;
 }
 
-static enum MHD_Result take_turn(struct conn *conn)
+static enum MHD_Result
+take_turn(struct conn *conn)
 {
     struct http *http = conn->http;
     struct request *request = &conn->request;
@@ -686,10 +709,10 @@ static enum MHD_Result take_turn(struct conn *conn)
 
 /* --- the library's callbacks, all on the loop thread --- */
 
-static enum MHD_Result on_request(void *user, struct MHD_Connection *mhd,
-                                  const char *path, const char *method,
-                                  const char *version, const char *data,
-                                  size_t *len, void **context)
+static enum MHD_Result
+on_request(void *user, struct MHD_Connection *mhd, const char *path,
+           const char *method, const char *version, const char *data,
+           size_t *len, void **context)
 {
     (void)user, (void)version;
     struct conn *conn = *context;
@@ -708,8 +731,9 @@ static enum MHD_Result on_request(void *user, struct MHD_Connection *mhd,
     return take_turn(conn);
 }
 
-static void on_completed(void *user, struct MHD_Connection *mhd, void **context,
-                         enum MHD_RequestTerminationCode how)
+static void
+on_completed(void *user, struct MHD_Connection *mhd, void **context,
+             enum MHD_RequestTerminationCode how)
 {
     (void)user, (void)mhd;
     struct conn *conn = *context;
@@ -724,7 +748,8 @@ static void on_completed(void *user, struct MHD_Connection *mhd, void **context,
         start_timing(conn);
 }
 
-static bool remember_fd(struct http *http, struct conn *conn)
+static bool
+remember_fd(struct http *http, struct conn *conn)
 {
     size_t count = http->by_fd_count;
     if ((size_t)conn->fd >= count) {
@@ -743,7 +768,8 @@ static bool remember_fd(struct http *http, struct conn *conn)
 }
 
 /* A connection without a `conn` is closed by on_request at its first word. */
-static struct conn *conn_new(struct http *http, struct MHD_Connection *mhd)
+static struct conn *
+conn_new(struct http *http, struct MHD_Connection *mhd)
 {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
@@ -773,7 +799,8 @@ fail:
 }
 
 /* Hand the socket over to the watchman if its peer may still be sending. */
-static void linger(struct conn *conn)
+static void
+linger(struct conn *conn)
 {
     struct http *http = conn->http;
     int unread = 0;
@@ -797,7 +824,8 @@ static void linger(struct conn *conn)
     pthread_mutex_unlock(&http->lock);
 }
 
-static void conn_free(struct conn *conn)
+static void
+conn_free(struct conn *conn)
 {
     struct http *http = conn->http;
     request_end(conn, true);
@@ -811,9 +839,9 @@ static void conn_free(struct conn *conn)
     free(conn);
 }
 
-static void on_connection(void *user, struct MHD_Connection *mhd,
-                          void **context,
-                          enum MHD_ConnectionNotificationCode code)
+static void
+on_connection(void *user, struct MHD_Connection *mhd, void **context,
+              enum MHD_ConnectionNotificationCode code)
 {
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
         tap_install(on_receive, user);
@@ -826,7 +854,8 @@ static void on_connection(void *user, struct MHD_Connection *mhd,
     }
 }
 
-static void on_log(void *user, const char *format, va_list args)
+static void
+on_log(void *user, const char *format, va_list args)
 {
     (void)user;
     char text[256];
@@ -841,7 +870,8 @@ static void on_log(void *user, const char *format, va_list args)
  * at its socket. And it measures silence, not the time a request takes. Both
  * are this thread's work; it calls no handler. */
 
-static void expire(struct http *http, int64_t now)
+static void
+expire(struct http *http, int64_t now)
 {
     struct conn *conn, *next;
     while ((conn = http->lists[RECEIVING].first) != NULL &&
@@ -859,7 +889,8 @@ static void expire(struct http *http, int64_t now)
     }
 }
 
-static int64_t next_deadline(const struct http *http, int64_t until)
+static int64_t
+next_deadline(const struct http *http, int64_t until)
 {
     const struct conn *conn = http->lists[RECEIVING].first;
     if (conn != NULL && conn->deadline_us < until)
@@ -870,7 +901,8 @@ static int64_t next_deadline(const struct http *http, int64_t until)
     return until;
 }
 
-static void look_for_hangups(struct http *http)
+static void
+look_for_hangups(struct http *http)
 {
     nfds_t n = 0;
     pthread_mutex_lock(&http->lock);
@@ -901,7 +933,8 @@ static void look_for_hangups(struct http *http)
     pthread_mutex_unlock(&http->lock);
 }
 
-static void drain_clear(struct drain *drain)
+static void
+drain_clear(struct drain *drain)
 {
     close(drain->fd);
     bytes_clear(&drain->unsent);
@@ -909,7 +942,8 @@ static void drain_clear(struct drain *drain)
 
 /* Send what is left, then say that it was all, and drop what comes. False when
  * it is over. */
-static bool drain_on(struct drain *drain, int64_t now)
+static bool
+drain_on(struct drain *drain, int64_t now)
 {
     char waste[16 * 1024];
     while (drain->sent < drain->unsent.len) {
@@ -943,7 +977,8 @@ struct watch {
 };
 
 /* Sleep until something is due; false when it is time to go. */
-static bool watch_sleep(struct http *http, struct watch *watch)
+static bool
+watch_sleep(struct http *http, struct watch *watch)
 {
     struct pollfd fds[DRAIN_MAX + 1];
     pthread_mutex_lock(&http->lock);
@@ -972,7 +1007,8 @@ static bool watch_sleep(struct http *http, struct watch *watch)
     return true;
 }
 
-static void *watchman(void *user)
+static void *
+watchman(void *user)
 {
     struct http *http = user;
     struct watch *watch = calloc(1, sizeof *watch);
@@ -1002,7 +1038,8 @@ static void *watchman(void *user)
 
 /* --- start and stop --- */
 
-static int listen_on(struct http *http, struct error *err)
+static int
+listen_on(struct http *http, struct error *err)
 {
     const char *host = http->options.host;
     struct sockaddr_in v4 = {.sin_family = AF_INET,
@@ -1036,7 +1073,8 @@ static int listen_on(struct http *http, struct error *err)
     return fd;
 }
 
-static struct MHD_Daemon *start_daemon(struct http *http)
+static struct MHD_Daemon *
+start_daemon(struct http *http)
 {
     int64_t idle_s = http->options.receive_timeout_ms / 1000 + IDLE_S / 2;
     return MHD_start_daemon(
@@ -1054,7 +1092,8 @@ static struct MHD_Daemon *start_daemon(struct http *http)
         MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_END);
 }
 
-static void watchman_stop(struct http *http)
+static void
+watchman_stop(struct http *http)
 {
     pthread_mutex_lock(&http->lock);
     http->watchman_off = true;
@@ -1063,7 +1102,8 @@ static void watchman_stop(struct http *http)
     pthread_join(http->watchman, NULL);
 }
 
-static void http_free(struct http *http)
+static void
+http_free(struct http *http)
 {
     for (size_t i = 0; i < http->closing_count; i++)
         drain_clear(&http->closing[i]);
@@ -1079,8 +1119,9 @@ static void http_free(struct http *http)
     free(http);
 }
 
-struct http *http_start(const struct http_options *options,
-                        const struct http_handler *handler, struct error *err)
+struct http *
+http_start(const struct http_options *options,
+           const struct http_handler *handler, struct error *err)
 {
     struct http *http = calloc(1, sizeof *http);
     if (http == NULL) {
@@ -1137,12 +1178,14 @@ fail:
     return NULL;
 }
 
-uint16_t http_port(const struct http *http)
+uint16_t
+http_port(const struct http *http)
 {
     return http->port;
 }
 
-void http_wake(struct http *http, uint64_t ticket)
+void
+http_wake(struct http *http, uint64_t ticket)
 {
     pthread_mutex_lock(&http->lock);
     struct conn *conn = find_ticket(http, ticket);
@@ -1153,13 +1196,15 @@ void http_wake(struct http *http, uint64_t ticket)
     pthread_mutex_unlock(&http->lock);
 }
 
-static void wake_all(struct http *http)
+static void
+wake_all(struct http *http)
 {
     while (http->lists[PARKED].first != NULL)
         unpark(http->lists[PARKED].first);
 }
 
-void http_quiesce(struct http *http)
+void
+http_quiesce(struct http *http)
 {
     if (http->quiet)
         return;
@@ -1172,7 +1217,8 @@ void http_quiesce(struct http *http)
     pthread_mutex_unlock(&http->lock);
 }
 
-void http_stop(struct http *http)
+void
+http_stop(struct http *http)
 {
     if (http == NULL)
         return;
@@ -1190,7 +1236,8 @@ void http_stop(struct http *http)
 
 /* --- what handlers ask about a request --- */
 
-const char *request_header(const struct request *request, const char *name)
+const char *
+request_header(const struct request *request, const char *name)
 {
     const struct conn *conn = request->connection;
     return conn == NULL || conn->mhd == NULL || request->method[0] == '\0'
@@ -1203,8 +1250,9 @@ struct query_walk {
     void *user;
 };
 
-static enum MHD_Result query_step(void *user, enum MHD_ValueKind kind,
-                                  const char *name, const char *value)
+static enum MHD_Result
+query_step(void *user, enum MHD_ValueKind kind, const char *name,
+           const char *value)
 {
     (void)kind;
     const struct query_walk *walk = user;
@@ -1212,10 +1260,11 @@ static enum MHD_Result query_step(void *user, enum MHD_ValueKind kind,
                                                                     : MHD_NO;
 }
 
-void request_each_query(const struct request *request,
-                        bool (*each)(void *user, const char *name,
-                                     const char *value),
-                        void *user)
+void
+request_each_query(const struct request *request,
+                   bool (*each)(void *user, const char *name,
+                                const char *value),
+                   void *user)
 {
     struct query_walk walk = {.each = each, .user = user};
     const struct conn *conn = request->connection;
@@ -1228,7 +1277,8 @@ struct query_find {
     const char *name, *value;
 };
 
-static bool query_match(void *user, const char *name, const char *value)
+static bool
+query_match(void *user, const char *name, const char *value)
 {
     struct query_find *find = user;
     if (strcmp(name, find->name) != 0)
@@ -1237,7 +1287,8 @@ static bool query_match(void *user, const char *name, const char *value)
     return false;
 }
 
-const char *request_query(const struct request *request, const char *name)
+const char *
+request_query(const struct request *request, const char *name)
 {
     struct query_find find = {.name = name};
     request_each_query(request, query_match, &find);

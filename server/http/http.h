@@ -42,11 +42,11 @@ enum http_verdict {
 };
 
 enum http_refusal {
-    HTTP_REFUSE_MALFORMED,    /* 400 request-malformed */
-    HTTP_REFUSE_TOO_LARGE,    /* 413 too-large */
-    HTTP_REFUSE_CODING,       /* 501 not-implemented */
-    HTTP_REFUSE_COMPRESSED,   /* 415 unsupported-media-type */
-    HTTP_REFUSE_BUSY          /* 503 queue-full: too many bodies in flight */
+    HTTP_REFUSE_MALFORMED,  /* 400 request-malformed */
+    HTTP_REFUSE_TOO_LARGE,  /* 413 too-large */
+    HTTP_REFUSE_CODING,     /* 501 not-implemented */
+    HTTP_REFUSE_COMPRESSED, /* 415 unsupported-media-type */
+    HTTP_REFUSE_BUSY        /* 503 queue-full: too many bodies in flight */
 };
 
 /* All calls come on the loop thread. `app` is the handler's own. */
@@ -72,11 +72,11 @@ struct http_handler {
 };
 
 struct http_options {
-    const char *host; /* "127.0.0.1", "::1", "0.0.0.0" */
-    uint16_t port;    /* 0: any free one, see http_port */
+    const char *host;           /* "127.0.0.1", "::1", "0.0.0.0" */
+    uint16_t port;              /* 0: any free one, see http_port */
     unsigned max_connections;   /* [1024] */
     int64_t receive_timeout_ms; /* [30000] headers and body */
-    uint64_t max_bodies_bytes;  /* [64 MiB] request bodies in flight, together */
+    uint64_t max_bodies_bytes; /* [64 MiB] request bodies in flight, together */
 };
 
 /* Listen and start the loop. ERROR_IO names the address. */

@@ -2,8 +2,9 @@
 
 #include <stdarg.h>
 
-void reply_header(struct request *request, struct reply *reply,
-                  const char *name, const char *format, ...)
+void
+reply_header(struct request *request, struct reply *reply, const char *name,
+             const char *format, ...)
 {
     if (reply->header_count == REPLY_HEADER_MAX)
         return;

@@ -14,19 +14,19 @@
 #include "core/base/ulid.h"
 
 struct request {
-    uint64_t ticket;      /* names this request to http_wake; never reused */
-    char id[ID_SIZE];     /* "req_...", sent back as Request-Id */
-    const char *method;   /* "GET" */
-    const char *path;     /* percent-decoded, without query: "/v1/jobs" */
-    const char *body;     /* whole; "" if none */
+    uint64_t ticket;    /* names this request to http_wake; never reused */
+    char id[ID_SIZE];   /* "req_...", sent back as Request-Id */
+    const char *method; /* "GET" */
+    const char *path;   /* percent-decoded, without query: "/v1/jobs" */
+    const char *body;   /* whole; "" if none */
     size_t body_len;
-    int64_t started_us;   /* monotonic, when the headers were complete */
-    bool loopback_peer;   /* the client's address is of this machine */
+    int64_t started_us; /* monotonic, when the headers were complete */
+    bool loopback_peer; /* the client's address is of this machine */
     struct arena *arena;
-    void *state;          /* the handler's own, from one turn to the next */
-    unsigned turn;        /* 0 at the first call, then 1, 2, ... */
-    bool timed_out;       /* this turn comes from the park's deadline */
-    void *connection;     /* http.c's */
+    void *state;      /* the handler's own, from one turn to the next */
+    unsigned turn;    /* 0 at the first call, then 1, 2, ... */
+    bool timed_out;   /* this turn comes from the park's deadline */
+    void *connection; /* http.c's */
 };
 
 /* Header by case-insensitive name; NULL if absent. */

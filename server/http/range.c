@@ -4,7 +4,8 @@
 #include <string.h>
 
 /* Digits up to 10^18; false if there is none or too many. */
-static bool read_number(const char **text, uint64_t *number)
+static bool
+read_number(const char **text, uint64_t *number)
 {
     const char *p = *text;
     *number = 0;
@@ -15,8 +16,8 @@ static bool read_number(const char **text, uint64_t *number)
     return ok;
 }
 
-enum range_kind range_read(const char *text, uint64_t size, uint64_t *first,
-                           uint64_t *last)
+enum range_kind
+range_read(const char *text, uint64_t size, uint64_t *first, uint64_t *last)
 {
     if (text == NULL || strncmp(text, "bytes=", 6) != 0)
         return RANGE_WHOLE;

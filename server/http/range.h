@@ -14,7 +14,7 @@ enum range_kind {
 };
 
 /* `first` and `last` mean something for RANGE_PART only. */
-enum range_kind range_read(const char *text, uint64_t size, uint64_t *first,
-                           uint64_t *last);
+enum range_kind
+range_read(const char *text, uint64_t size, uint64_t *first, uint64_t *last);
 
 #endif

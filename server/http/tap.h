@@ -16,6 +16,7 @@ typedef ssize_t (*tap_fn)(void *user, int fd, void *data, size_t len,
                           int flags);
 
 /* For the calling thread, from now on. */
-void tap_install(tap_fn reader, void *user);
+void
+tap_install(tap_fn reader, void *user);
 
 #endif

@@ -70,15 +70,15 @@ struct job {
     int64_t created_ms, started_ms, finished_ms; /* wall; 0: not yet */
     char scene_hash[80];
     char render_key[SHA256_HEX_SIZE];
-    char output[512];  /* canonical output settings, JSON */
+    char output[512]; /* canonical output settings, JSON */
     char tags[JOB_TAGS_SIZE];
     char settings[1024]; /* effective settings, JSON */
     double estimate_rays, estimate_seconds, estimate_bytes;
-    bool no_cache; /* its result is never found by others */
+    bool no_cache;                /* its result is never found by others */
     char result[SHA256_HEX_SIZE]; /* blob of the encoded image; "" none */
     uint64_t result_len;
     char media_type[32];
-    struct job_stats stats; /* of the attempt that succeeded */
+    struct job_stats stats;     /* of the attempt that succeeded */
     enum error_code error_code; /* failed: cause */
     char error_text[384];
 };

@@ -2,7 +2,8 @@
 
 #include "core/base/must.h"
 
-unsigned crew_share(unsigned threads, unsigned running, unsigned index)
+unsigned
+crew_share(unsigned threads, unsigned running, unsigned index)
 {
     MUST(running > 0 && index < running);
     unsigned share = threads / running + (index < threads % running ? 1 : 0);

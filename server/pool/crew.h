@@ -5,6 +5,7 @@
 /* The share of the job at `index` among `running` ones, index < running: the
  * shares differ by at most one, are at least one each, and add up to `threads`
  * unless there are more jobs than threads. */
-unsigned crew_share(unsigned threads, unsigned running, unsigned index);
+unsigned
+crew_share(unsigned threads, unsigned running, unsigned index);
 
 #endif

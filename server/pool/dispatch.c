@@ -30,25 +30,29 @@ struct deleted_blob {
     uint64_t puts; /* concerns the puts numbered below */
 };
 
-static void step_begin(struct dispatch *d, struct task *task, int64_t now_us);
+static void
+step_begin(struct dispatch *d, struct task *task, int64_t now_us);
 
 /* --- on the writers' threads: note the outcome, hand the task back --- */
 
-static void arrive(struct task *task, const struct error *err)
+static void
+arrive(struct task *task, const struct error *err)
 {
     task->outcome = err != NULL ? *err : (struct error){0};
     task->dispatch->post(task->dispatch->user, task);
 }
 
-static void on_lease(void *user, struct lease *lease, const struct error *err)
+static void
+on_lease(void *user, struct lease *lease, const struct error *err)
 {
     struct task *task = user;
     task->lease = lease;
     arrive(task, err);
 }
 
-static void on_put(void *user, const char sha256[SHA256_HEX_SIZE], uint64_t len,
-                   const struct error *err)
+static void
+on_put(void *user, const char sha256[SHA256_HEX_SIZE], uint64_t len,
+       const struct error *err)
 {
     struct task *task = user;
     (void)len;
@@ -57,7 +61,8 @@ static void on_put(void *user, const char sha256[SHA256_HEX_SIZE], uint64_t len,
     arrive(task, err);
 }
 
-static void on_done(void *user, const struct job *job, const struct error *err)
+static void
+on_done(void *user, const struct job *job, const struct error *err)
 {
     (void)job;
     arrive(user, err);
@@ -65,7 +70,8 @@ static void on_done(void *user, const struct job *job, const struct error *err)
 
 /* --- tasks --- */
 
-static void task_free(struct dispatch *d, struct task *task)
+static void
+task_free(struct dispatch *d, struct task *task)
 {
     struct task **place = &d->tasks;
     while (*place != task)
@@ -78,23 +84,25 @@ static void task_free(struct dispatch *d, struct task *task)
     free(task);
 }
 
-static const char *task_id(const struct task *task)
+static const char *
+task_id(const struct task *task)
 {
     return task->lease->job.id;
 }
 
 /* From now on no worker is concerned. */
-static void step_set(struct dispatch *d, struct task *task, enum task_step step,
-                     int64_t now_us)
+static void
+step_set(struct dispatch *d, struct task *task, enum task_step step,
+         int64_t now_us)
 {
     task->step = step;
     task->child = NULL;
     step_begin(d, task, now_us);
 }
 
-static void task_fail(struct dispatch *d, struct task *task,
-                      enum store_failure failure, enum error_code code,
-                      const char *text, int64_t now_us)
+static void
+task_fail(struct dispatch *d, struct task *task, enum store_failure failure,
+          enum error_code code, const char *text, int64_t now_us)
 {
     task->failure = failure;
     task->cause = (struct error){0};
@@ -104,7 +112,8 @@ static void task_fail(struct dispatch *d, struct task *task,
 
 /* Results cannot be kept, or asks not be made: do not burn through the queue
  * while that lasts. */
-static void pause_leasing(struct dispatch *d, int64_t now_us)
+static void
+pause_leasing(struct dispatch *d, int64_t now_us)
 {
     d->lease_pause_us =
         d->lease_pause_us == 0 ? PAUSE_MIN_US : 2 * d->lease_pause_us;
@@ -113,8 +122,8 @@ static void pause_leasing(struct dispatch *d, int64_t now_us)
     d->lease_from_us = now_us + d->lease_pause_us;
 }
 
-struct task *dispatch_next(struct dispatch *d, struct child *child,
-                           int64_t now_us)
+struct task *
+dispatch_next(struct dispatch *d, struct child *child, int64_t now_us)
 {
     if (d->stopping || now_us < d->lease_from_us)
         return NULL;
@@ -141,7 +150,8 @@ struct task *dispatch_next(struct dispatch *d, struct child *child,
 
 /* --- the steps that need no worker --- */
 
-static bool put_begin(struct dispatch *d, struct task *task, struct error *err)
+static bool
+put_begin(struct dispatch *d, struct task *task, struct error *err)
 {
     /* The blobs take a descriptor over; ours stays, for a second try. */
     int fd = fcntl(task->fd, F_DUPFD_CLOEXEC, 3);
@@ -152,7 +162,8 @@ static bool put_begin(struct dispatch *d, struct task *task, struct error *err)
     return blobs_put(d->blobs, fd, task->len, on_put, task, err);
 }
 
-static bool step_call(struct dispatch *d, struct task *task, struct error *err)
+static bool
+step_call(struct dispatch *d, struct task *task, struct error *err)
 {
     const struct job *job = &task->lease->job;
     MUST(task->step >= TASK_PUT); /* the others have no call of their own */
@@ -171,15 +182,17 @@ static bool step_call(struct dispatch *d, struct task *task, struct error *err)
     return false;
 }
 
-static bool is_no_room(enum error_code code)
+static bool
+is_no_room(enum error_code code)
 {
     return code == ERROR_IO || code == ERROR_STORAGE_FULL;
 }
 
 /* The bytes cannot be kept. That is no fault of the job: it goes back to the
  * queue as it was, and leasing pauses, for the next result would be lost too. */
-static void put_failed(struct dispatch *d, struct task *task,
-                       const struct error *err, int64_t now_us)
+static void
+put_failed(struct dispatch *d, struct task *task, const struct error *err,
+           int64_t now_us)
 {
     log_write(LOG_ERROR, "pool", "%s: cannot keep the result: %s",
               task_id(task), err->text);
@@ -192,7 +205,8 @@ static void put_failed(struct dispatch *d, struct task *task,
 }
 
 /* Begin the step; a refused call is repeated by dispatch_tick. */
-static void step_begin(struct dispatch *d, struct task *task, int64_t now_us)
+static void
+step_begin(struct dispatch *d, struct task *task, int64_t now_us)
 {
     struct error err = {0};
     task->retry_us = 0;
@@ -210,7 +224,8 @@ static void step_begin(struct dispatch *d, struct task *task, int64_t now_us)
 
 /* --- deleted blobs (see dispatch_forget in the header) --- */
 
-static void deleted_prune(struct dispatch *d)
+static void
+deleted_prune(struct dispatch *d)
 {
     uint64_t oldest = UINT64_MAX;
     for (const struct task *t = d->tasks; t != NULL; t = t->next) {
@@ -229,7 +244,8 @@ static void deleted_prune(struct dispatch *d)
 }
 
 /* Was this put overtaken by a deletion of the very same bytes? */
-static bool was_deleted(const struct dispatch *d, const struct task *task)
+static bool
+was_deleted(const struct dispatch *d, const struct task *task)
 {
     for (const struct deleted_blob *one = d->deleted; one != NULL;
          one = one->next) {
@@ -240,7 +256,8 @@ static bool was_deleted(const struct dispatch *d, const struct task *task)
     return false;
 }
 
-void dispatch_forget(struct dispatch *d, const char *sha256)
+void
+dispatch_forget(struct dispatch *d, const char *sha256)
 {
     bool puts_under_way = false;
     for (const struct task *t = d->tasks; t != NULL; t = t->next) {
@@ -266,8 +283,8 @@ void dispatch_forget(struct dispatch *d, const char *sha256)
 
 /* --- outcomes, back on the loop --- */
 
-static enum dispatch_turn lease_arrived(struct dispatch *d, struct task *task,
-                                        int64_t now_us)
+static enum dispatch_turn
+lease_arrived(struct dispatch *d, struct task *task, int64_t now_us)
 {
     if (task->lease == NULL) {
         if (task->outcome.code != ERROR_NONE) {
@@ -288,8 +305,8 @@ static enum dispatch_turn lease_arrived(struct dispatch *d, struct task *task,
     return DISPATCH_ASK;
 }
 
-static enum dispatch_turn put_arrived(struct dispatch *d, struct task *task,
-                                      int64_t now_us)
+static enum dispatch_turn
+put_arrived(struct dispatch *d, struct task *task, int64_t now_us)
 {
     if (task->outcome.code != ERROR_NONE) {
         struct error err = task->outcome;
@@ -305,13 +322,14 @@ static enum dispatch_turn put_arrived(struct dispatch *d, struct task *task,
 }
 
 /* The store knows another lease, or no such job: our result is nobody's. */
-static bool is_fenced(enum error_code code)
+static bool
+is_fenced(enum error_code code)
 {
     return code == ERROR_CONFLICT || code == ERROR_NOT_FOUND;
 }
 
-static enum dispatch_turn finish_arrived(struct dispatch *d, struct task *task,
-                                         int64_t now_us)
+static enum dispatch_turn
+finish_arrived(struct dispatch *d, struct task *task, int64_t now_us)
 {
     enum error_code code = task->outcome.code;
     if (code == ERROR_NONE || is_fenced(code)) {
@@ -331,8 +349,8 @@ static enum dispatch_turn finish_arrived(struct dispatch *d, struct task *task,
     return DISPATCH_GOES_ON;
 }
 
-static enum dispatch_turn fail_arrived(struct dispatch *d, struct task *task,
-                                       int64_t now_us)
+static enum dispatch_turn
+fail_arrived(struct dispatch *d, struct task *task, int64_t now_us)
 {
     enum error_code code = task->outcome.code;
     if (code == ERROR_NONE || is_fenced(code)) {
@@ -345,8 +363,8 @@ static enum dispatch_turn fail_arrived(struct dispatch *d, struct task *task,
     return DISPATCH_GOES_ON;
 }
 
-enum dispatch_turn dispatch_arrived(struct dispatch *d, struct task *task,
-                                    int64_t now_us)
+enum dispatch_turn
+dispatch_arrived(struct dispatch *d, struct task *task, int64_t now_us)
 {
     MUST(task->under_way && task->step != TASK_RENDER);
     task->under_way = false;
@@ -362,8 +380,9 @@ enum dispatch_turn dispatch_arrived(struct dispatch *d, struct task *task,
 
 /* --- the worker's part --- */
 
-bool dispatch_ask(struct dispatch *d, struct task *task, unsigned threads,
-                  int64_t now_us, struct error *err)
+bool
+dispatch_ask(struct dispatch *d, struct task *task, unsigned threads,
+             int64_t now_us, struct error *err)
 {
     const struct job *job = &task->lease->job;
     struct error cause = {0};
@@ -382,7 +401,8 @@ bool dispatch_ask(struct dispatch *d, struct task *task, unsigned threads,
     return true;
 }
 
-void dispatch_threads(struct task *task, unsigned threads)
+void
+dispatch_threads(struct task *task, unsigned threads)
 {
     if (task->step != TASK_RENDER || task->threads == threads)
         return;
@@ -391,7 +411,8 @@ void dispatch_threads(struct task *task, unsigned threads)
         task->threads = threads;
 }
 
-static void beat(struct dispatch *d, struct task *task, int64_t now_us)
+static void
+beat(struct dispatch *d, struct task *task, int64_t now_us)
 {
     task->beat_us = now_us;
     /* A beat that finds the queue full is skipped: the next one says more. */
@@ -400,14 +421,16 @@ static void beat(struct dispatch *d, struct task *task, int64_t now_us)
 }
 
 /* A stranger's count: small enough for every store and every JSON reader. */
-static uint64_t take_count(uint64_t count)
+static uint64_t
+take_count(uint64_t count)
 {
     const uint64_t most = (uint64_t)1 << 53;
     return count < most ? count : most;
 }
 
-static void take_progress(struct dispatch *d, struct task *task,
-                          const struct message_progress *news, int64_t now_us)
+static void
+take_progress(struct dispatch *d, struct task *task,
+              const struct message_progress *news, int64_t now_us)
 {
     static const enum job_phase phases[] = {
         [STAGE_LOADING] = JOB_LOADING,
@@ -433,12 +456,14 @@ static void take_progress(struct dispatch *d, struct task *task,
 }
 
 /* A stranger's number: finite and at most a year. */
-static double take_ms(double ms)
+static double
+take_ms(double ms)
 {
     return isfinite(ms) && ms > 0 ? (ms < 3.2e10 ? ms : 3.2e10) : 0;
 }
 
-static void learn_rate(struct dispatch *d, const struct job_stats *stats)
+static void
+learn_rate(struct dispatch *d, const struct job_stats *stats)
 {
     double rays = (double)stats->rays_camera + (double)stats->rays_shadow +
                   (double)stats->rays_bounce;
@@ -449,9 +474,9 @@ static void learn_rate(struct dispatch *d, const struct job_stats *stats)
         d->rays_per_second > 0 ? 0.8 * d->rays_per_second + 0.2 * rate : rate;
 }
 
-static bool take_done(struct dispatch *d, struct task *task,
-                      struct message *message, int64_t now_us,
-                      struct error *err)
+static bool
+take_done(struct dispatch *d, struct task *task, struct message *message,
+          int64_t now_us, struct error *err)
 {
     /* What comes from the other side of the wall may be a pipe that blocks
      * whoever reads it, or bytes that still change: wire_map refuses all but a
@@ -491,8 +516,8 @@ static bool take_done(struct dispatch *d, struct task *task,
 
 /* What the worker's verdict means for the job. Anything not named here is the
  * scene's fault, and would be so again. */
-static enum store_failure failure_of(const struct task *task,
-                                     enum error_code code)
+static enum store_failure
+failure_of(const struct task *task, enum error_code code)
 {
     static const struct {
         enum error_code code;
@@ -515,9 +540,9 @@ static enum store_failure failure_of(const struct task *task,
     return FAILURE_FINAL;
 }
 
-static enum dispatch_news take_failed(struct dispatch *d, struct task *task,
-                                      const struct message_failed *failed,
-                                      int64_t now_us)
+static enum dispatch_news
+take_failed(struct dispatch *d, struct task *task,
+            const struct message_failed *failed, int64_t now_us)
 {
     enum error_code code = (enum error_code)failed->code;
     enum store_failure failure = failure_of(task, code);
@@ -525,9 +550,9 @@ static enum dispatch_news take_failed(struct dispatch *d, struct task *task,
     return failure == FAILURE_ATTEMPT ? NEWS_ILL : NEWS_FREE;
 }
 
-bool dispatch_message(struct dispatch *d, struct task *task,
-                      struct message *message, int64_t now_us,
-                      enum dispatch_news *news, struct error *err)
+bool
+dispatch_message(struct dispatch *d, struct task *task, struct message *message,
+                 int64_t now_us, enum dispatch_news *news, struct error *err)
 {
     *news = NEWS_NONE;
     task->heard_us = now_us;
@@ -549,9 +574,9 @@ bool dispatch_message(struct dispatch *d, struct task *task,
     }
 }
 
-void dispatch_lost(struct dispatch *d, struct task *task,
-                   enum store_failure failure, enum error_code code,
-                   const char *text, int64_t now_us)
+void
+dispatch_lost(struct dispatch *d, struct task *task, enum store_failure failure,
+              enum error_code code, const char *text, int64_t now_us)
 {
     if (task->step == TASK_LEASE)
         task->child = NULL; /* lease_arrived gives the job back */
@@ -561,9 +586,10 @@ void dispatch_lost(struct dispatch *d, struct task *task,
 
 /* --- time --- */
 
-bool dispatch_overdue(const struct dispatch *d, const struct task *task,
-                      int64_t now_us, enum store_failure *failure,
-                      struct error *cause)
+bool
+dispatch_overdue(const struct dispatch *d, const struct task *task,
+                 int64_t now_us, enum store_failure *failure,
+                 struct error *cause)
 {
     if (task->step != TASK_RENDER)
         return false;
@@ -587,14 +613,16 @@ bool dispatch_overdue(const struct dispatch *d, const struct task *task,
     return true;
 }
 
-static void cancel(struct task *task, int64_t now_us)
+static void
+cancel(struct task *task, int64_t now_us)
 {
     task->cancel_us = now_us;
     /* A worker that cannot hear it is killed when CANCEL_US are over. */
     child_cancel(task->child, NULL);
 }
 
-void dispatch_look(struct dispatch *d, int64_t now_us)
+void
+dispatch_look(struct dispatch *d, int64_t now_us)
 {
     for (struct task *t = d->tasks; t != NULL; t = t->next) {
         if (t->step != TASK_RENDER || t->cancel_us > 0)
@@ -611,7 +639,8 @@ void dispatch_look(struct dispatch *d, int64_t now_us)
     }
 }
 
-void dispatch_tick(struct dispatch *d, int64_t now_us)
+void
+dispatch_tick(struct dispatch *d, int64_t now_us)
 {
     for (struct task *t = d->tasks; t != NULL; t = t->next) {
         if (t->retry_us > 0 && now_us >= t->retry_us)
@@ -621,12 +650,14 @@ void dispatch_tick(struct dispatch *d, int64_t now_us)
     }
 }
 
-static int64_t earlier(int64_t a, int64_t b)
+static int64_t
+earlier(int64_t a, int64_t b)
 {
     return a < b ? a : b;
 }
 
-int64_t dispatch_due(const struct dispatch *d, int64_t now_us)
+int64_t
+dispatch_due(const struct dispatch *d, int64_t now_us)
 {
     int64_t due = INT64_MAX;
     if (!d->stopping && d->lease_from_us > now_us)
@@ -645,7 +676,8 @@ int64_t dispatch_due(const struct dispatch *d, int64_t now_us)
     return due;
 }
 
-bool dispatch_clear(struct dispatch *d)
+bool
+dispatch_clear(struct dispatch *d)
 {
     bool all = true;
     for (struct task *t = d->tasks, *next; t != NULL; t = next) {

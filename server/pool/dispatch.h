@@ -98,20 +98,22 @@ enum dispatch_turn {
 };
 
 /* Look for a job for this idle child; NULL: not now (see dispatch_due). */
-struct task *dispatch_next(struct dispatch *d, struct child *child,
-                           int64_t now_us);
+struct task *
+dispatch_next(struct dispatch *d, struct child *child, int64_t now_us);
 
 /* A posted task is back on the loop. */
-enum dispatch_turn dispatch_arrived(struct dispatch *d, struct task *task,
-                                    int64_t now_us);
+enum dispatch_turn
+dispatch_arrived(struct dispatch *d, struct task *task, int64_t now_us);
 
 /* Hand the leased job to its child. False: the job went back to the queue, and
  * the child is free but of doubtful health. */
-bool dispatch_ask(struct dispatch *d, struct task *task, unsigned threads,
-                  int64_t now_us, struct error *err);
+bool
+dispatch_ask(struct dispatch *d, struct task *task, unsigned threads,
+             int64_t now_us, struct error *err);
 
 /* The crew's new size, sent if it is one. */
-void dispatch_threads(struct task *task, unsigned threads);
+void
+dispatch_threads(struct task *task, unsigned threads);
 
 /* What a message meant for the child. */
 enum dispatch_news {
@@ -123,38 +125,44 @@ enum dispatch_news {
 /* A message of the task's child; its descriptors are taken as needed, the
  * caller clears it. False: against the protocol; kill the child, then
  * dispatch_lost. */
-bool dispatch_message(struct dispatch *d, struct task *task,
-                      struct message *message, int64_t now_us,
-                      enum dispatch_news *news, struct error *err);
+bool
+dispatch_message(struct dispatch *d, struct task *task, struct message *message,
+                 int64_t now_us, enum dispatch_news *news, struct error *err);
 
 /* The child is gone, and with it this attempt. */
-void dispatch_lost(struct dispatch *d, struct task *task,
-                   enum store_failure failure, enum error_code code,
-                   const char *text, int64_t now_us);
+void
+dispatch_lost(struct dispatch *d, struct task *task, enum store_failure failure,
+              enum error_code code, const char *text, int64_t now_us);
 
 /* Must this child be killed now? With what to tell dispatch_lost. */
-bool dispatch_overdue(const struct dispatch *d, const struct task *task,
-                      int64_t now_us, enum store_failure *failure,
-                      struct error *cause);
+bool
+dispatch_overdue(const struct dispatch *d, const struct task *task,
+                 int64_t now_us, enum store_failure *failure,
+                 struct error *cause);
 
 /* Ask the store which running jobs are to be canceled, and tell them. */
-void dispatch_look(struct dispatch *d, int64_t now_us);
+void
+dispatch_look(struct dispatch *d, int64_t now_us);
 
 /* Heartbeats and second tries that are due. */
-void dispatch_tick(struct dispatch *d, int64_t now_us);
+void
+dispatch_tick(struct dispatch *d, int64_t now_us);
 
 /* When dispatch_tick or dispatch_overdue is next worth a call; INT64_MAX:
  * never. */
-int64_t dispatch_due(const struct dispatch *d, int64_t now_us);
+int64_t
+dispatch_due(const struct dispatch *d, int64_t now_us);
 
 /* Nobody's result any more: delete the blob unless a job refers to it. Safe
  * beside tasks that are about to publish the same bytes: one in FINISH keeps
  * the blob; one in PUT that turns out to have had this name puts it again,
  * behind the deletion (blobs keep the order of calls). */
-void dispatch_forget(struct dispatch *d, const char *sha256);
+void
+dispatch_forget(struct dispatch *d, const char *sha256);
 
 /* Free all tasks that no writer thread will still touch; true if none is left
  * under way. */
-bool dispatch_clear(struct dispatch *d);
+bool
+dispatch_clear(struct dispatch *d);
 
 #endif

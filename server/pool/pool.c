@@ -83,7 +83,8 @@ struct pool {
     int64_t stop_us;   /* end of the grace time; 0: not stopping */
 };
 
-static void wake(struct pool *pool)
+static void
+wake(struct pool *pool)
 {
     uint64_t one = 1;
     /* Fails only when the counter is full, and then the loop is awake. */
@@ -94,7 +95,8 @@ static void wake(struct pool *pool)
 /* --- workers --- */
 
 /* Resident and data bytes of a process; zeros if it is gone. */
-static void memory_of(pid_t pid, uint64_t *resident, uint64_t *data)
+static void
+memory_of(pid_t pid, uint64_t *resident, uint64_t *data)
 {
     char path[48], text[160];
     unsigned long long pages[6] = {0};
@@ -121,7 +123,8 @@ static void memory_of(pid_t pid, uint64_t *resident, uint64_t *data)
  * libraries map one or two GiB before the first byte of a scene, so a limit on
  * that would be either no limit or a guess. RLIMIT_DATA counts private writable
  * memory, and what is there at READY is measured. */
-static void limit_memory(struct pool *pool, struct slot *slot)
+static void
+limit_memory(struct pool *pool, struct slot *slot)
 {
     uint64_t data;
     memory_of(slot->child.pid, &slot->ready_bytes, &data);
@@ -138,8 +141,8 @@ static void limit_memory(struct pool *pool, struct slot *slot)
  * until one has proved healthy. A worker lost in the middle of a job was able to
  * start, and its job's attempts are counted: there the pause does not grow, or a
  * few poisonous jobs would keep everybody else waiting. */
-static void schedule_start(struct slot *slot, bool healthy, bool rendering,
-                           int64_t now_us)
+static void
+schedule_start(struct slot *slot, bool healthy, bool rendering, int64_t now_us)
 {
     if (healthy)
         slot->pause_us = 0;
@@ -151,7 +154,8 @@ static void schedule_start(struct slot *slot, bool healthy, bool rendering,
         slot->pause_us = PAUSE_MAX_US;
 }
 
-static void slot_start(struct slot *slot, int64_t now_us)
+static void
+slot_start(struct slot *slot, int64_t now_us)
 {
     struct error err = {0};
     if (!child_start(&slot->child, 0, &err)) {
@@ -168,9 +172,9 @@ static void slot_start(struct slot *slot, int64_t now_us)
 
 /* End what is left of a worker and plan its successor. `failure` and `cause`
  * are for its job; without a cause, it is how the process ended. */
-static void slot_lose(struct pool *pool, struct slot *slot,
-                      enum store_failure failure, const struct error *cause,
-                      int64_t now_us)
+static void
+slot_lose(struct pool *pool, struct slot *slot, enum store_failure failure,
+          const struct error *cause, int64_t now_us)
 {
     char how[64] = "";
     pid_t pid = slot->child.pid;
@@ -199,7 +203,8 @@ static void slot_lose(struct pool *pool, struct slot *slot,
 }
 
 /* A long life or a big scene may have left much memory behind: start afresh. */
-static void slot_recycle(struct slot *slot, int64_t now_us)
+static void
+slot_recycle(struct slot *slot, int64_t now_us)
 {
     uint64_t resident, data;
     memory_of(slot->child.pid, &resident, &data);
@@ -213,7 +218,8 @@ static void slot_recycle(struct slot *slot, int64_t now_us)
     slot->start_us = now_us;
 }
 
-static void slot_ready(struct pool *pool, struct slot *slot, int64_t now_us)
+static void
+slot_ready(struct pool *pool, struct slot *slot, int64_t now_us)
 {
     slot->ready_us = now_us;
     limit_memory(pool, slot);
@@ -223,7 +229,8 @@ static void slot_ready(struct pool *pool, struct slot *slot, int64_t now_us)
 
 /* --- turns of the loop --- */
 
-static void share_threads(struct pool *pool)
+static void
+share_threads(struct pool *pool)
 {
     unsigned running = 0, index = 0;
     for (unsigned i = 0; i < pool->options.workers; i++) {
@@ -240,7 +247,8 @@ static void share_threads(struct pool *pool)
 
 /* A lease has come for this idle worker. It starts with what it will have
  * anyway; share_threads takes the same from the others. */
-static void slot_ask(struct pool *pool, struct slot *slot, int64_t now_us)
+static void
+slot_ask(struct pool *pool, struct slot *slot, int64_t now_us)
 {
     unsigned running = 1, index = 0;
     for (unsigned i = 0; i < pool->options.workers; i++) {
@@ -263,7 +271,8 @@ static void slot_ask(struct pool *pool, struct slot *slot, int64_t now_us)
     slot_lose(pool, slot, FAILURE_RELEASE, &err, now_us);
 }
 
-static struct slot *slot_of(struct pool *pool, const struct task *task)
+static struct slot *
+slot_of(struct pool *pool, const struct task *task)
 {
     for (unsigned i = 0; i < pool->options.workers; i++) {
         if (pool->slots[i].task == task)
@@ -272,7 +281,8 @@ static struct slot *slot_of(struct pool *pool, const struct task *task)
     return NULL;
 }
 
-static void take_posted(struct pool *pool, struct task *task, int64_t now_us)
+static void
+take_posted(struct pool *pool, struct task *task, int64_t now_us)
 {
     struct slot *slot = slot_of(pool, task);
     switch (dispatch_arrived(&pool->dispatch, task, now_us)) {
@@ -295,7 +305,8 @@ static void take_posted(struct pool *pool, struct task *task, int64_t now_us)
     }
 }
 
-static void empty_mailbox(struct pool *pool, int64_t now_us)
+static void
+empty_mailbox(struct pool *pool, int64_t now_us)
 {
     uint64_t count;
     ssize_t got = read(pool->wake, &count, sizeof count);
@@ -324,9 +335,9 @@ static void empty_mailbox(struct pool *pool, int64_t now_us)
 }
 
 /* One message. False: the worker is out of step, or ill. */
-static bool take_message(struct pool *pool, struct slot *slot,
-                         struct message *message, int64_t now_us,
-                         struct error *err)
+static bool
+take_message(struct pool *pool, struct slot *slot, struct message *message,
+             int64_t now_us, struct error *err)
 {
     if (message->kind == MESSAGE_READY) {
         slot_ready(pool, slot, now_us);
@@ -350,7 +361,8 @@ static bool take_message(struct pool *pool, struct slot *slot,
 }
 
 /* All that a worker has said, then whether it still lives. */
-static void listen_to(struct pool *pool, struct slot *slot, int64_t now_us)
+static void
+listen_to(struct pool *pool, struct slot *slot, int64_t now_us)
 {
     for (int i = 0; i < MESSAGES_PER_TURN && slot->child.pid != 0; i++) {
         struct message message = {0};
@@ -369,7 +381,8 @@ static void listen_to(struct pool *pool, struct slot *slot, int64_t now_us)
     }
 }
 
-static void listen_to_all(struct pool *pool, int64_t now_us)
+static void
+listen_to_all(struct pool *pool, int64_t now_us)
 {
     for (unsigned i = 0; i < pool->options.workers; i++) {
         struct slot *slot = &pool->slots[i];
@@ -385,7 +398,8 @@ static void listen_to_all(struct pool *pool, int64_t now_us)
 }
 
 /* Kill what takes too long, start what is due. */
-static void supervise(struct pool *pool, int64_t now_us)
+static void
+supervise(struct pool *pool, int64_t now_us)
 {
     for (unsigned i = 0; i < pool->options.workers; i++) {
         struct slot *slot = &pool->slots[i];
@@ -409,7 +423,8 @@ static void supervise(struct pool *pool, int64_t now_us)
 }
 
 /* Every idle worker asks the store, once per kick. */
-static void feed(struct pool *pool, int64_t now_us)
+static void
+feed(struct pool *pool, int64_t now_us)
 {
     for (unsigned i = 0; i < pool->options.workers; i++) {
         struct slot *slot = &pool->slots[i];
@@ -425,7 +440,8 @@ static void feed(struct pool *pool, int64_t now_us)
     }
 }
 
-static void look_for_canceled(struct pool *pool, int64_t now_us)
+static void
+look_for_canceled(struct pool *pool, int64_t now_us)
 {
     if (!pool->look || now_us < pool->looked_us + LOOK_US)
         return;
@@ -435,7 +451,8 @@ static void look_for_canceled(struct pool *pool, int64_t now_us)
 }
 
 /* Stopping: idle workers go at once, busy ones when the grace time is over. */
-static void wind_down(struct pool *pool, int64_t now_us)
+static void
+wind_down(struct pool *pool, int64_t now_us)
 {
     if (pool->stop_us == 0) {
         if (!atomic_load(&pool->stopping))
@@ -459,7 +476,8 @@ static void wind_down(struct pool *pool, int64_t now_us)
     }
 }
 
-static bool is_over(const struct pool *pool, int64_t now_us)
+static bool
+is_over(const struct pool *pool, int64_t now_us)
 {
     if (pool->stop_us == 0)
         return false;
@@ -477,12 +495,14 @@ static bool is_over(const struct pool *pool, int64_t now_us)
     return true;
 }
 
-static int64_t earlier(int64_t a, int64_t b)
+static int64_t
+earlier(int64_t a, int64_t b)
 {
     return a < b ? a : b;
 }
 
-static int poll_ms(const struct pool *pool, int64_t now_us)
+static int
+poll_ms(const struct pool *pool, int64_t now_us)
 {
     int64_t due = dispatch_due(&pool->dispatch, now_us);
     for (unsigned i = 0; i < pool->options.workers; i++) {
@@ -506,7 +526,8 @@ static int poll_ms(const struct pool *pool, int64_t now_us)
     return ms < 60000 ? (int)ms : 60000;
 }
 
-static void publish(struct pool *pool)
+static void
+publish(struct pool *pool)
 {
     struct pool_status status = {
         .workers = pool->options.workers,
@@ -523,7 +544,8 @@ static void publish(struct pool *pool)
     pthread_mutex_unlock(&pool->lock);
 }
 
-static void wait_for_news(struct pool *pool, int64_t now_us)
+static void
+wait_for_news(struct pool *pool, int64_t now_us)
 {
     pool->fds[0] = (struct pollfd){.fd = pool->wake, .events = POLLIN};
     for (unsigned i = 0; i < pool->options.workers; i++) {
@@ -543,7 +565,8 @@ static void wait_for_news(struct pool *pool, int64_t now_us)
     }
 }
 
-static void *loop(void *user)
+static void *
+loop(void *user)
 {
     struct pool *pool = user;
     for (;;) {
@@ -570,7 +593,8 @@ static void *loop(void *user)
 
 /* --- from other threads --- */
 
-static void post(void *user, struct task *task)
+static void
+post(void *user, struct task *task)
 {
     struct pool *pool = user;
     task->post_next = NULL;
@@ -581,13 +605,15 @@ static void post(void *user, struct task *task)
     wake(pool);
 }
 
-void pool_kick(struct pool *pool)
+void
+pool_kick(struct pool *pool)
 {
     if (!atomic_exchange(&pool->kicked, true))
         wake(pool);
 }
 
-void pool_forget_blob(struct pool *pool, const char *sha256)
+void
+pool_forget_blob(struct pool *pool, const char *sha256)
 {
     struct forgotten *one = calloc(1, sizeof *one);
     if (one == NULL)
@@ -606,7 +632,8 @@ void pool_forget_blob(struct pool *pool, const char *sha256)
         wake(pool);
 }
 
-void pool_status(struct pool *pool, struct pool_status *status)
+void
+pool_status(struct pool *pool, struct pool_status *status)
 {
     pthread_mutex_lock(&pool->lock);
     *status = pool->status;
@@ -615,7 +642,8 @@ void pool_status(struct pool *pool, struct pool_status *status)
 
 /* --- start and stop --- */
 
-static void pool_free(struct pool *pool)
+static void
+pool_free(struct pool *pool)
 {
     while (pool->forgotten != NULL) {
         struct forgotten *next = pool->forgotten->next;
@@ -630,7 +658,8 @@ static void pool_free(struct pool *pool)
     free(pool);
 }
 
-static void set_up(struct pool *pool)
+static void
+set_up(struct pool *pool)
 {
     const struct pool_options *o = &pool->options;
     int64_t stall_ms = o->stall_ms > 0 ? o->stall_ms : STALL_MS_DEFAULT;
@@ -653,7 +682,8 @@ static void set_up(struct pool *pool)
     pool->status.workers = o->workers;
 }
 
-struct pool *pool_start(const struct pool_options *options, struct error *err)
+struct pool *
+pool_start(const struct pool_options *options, struct error *err)
 {
     MUST(options->workers > 0 && options->threads > 0);
     struct pool *pool = calloc(1, sizeof *pool);
@@ -684,7 +714,8 @@ struct pool *pool_start(const struct pool_options *options, struct error *err)
     return pool;
 }
 
-void pool_drain(struct pool *pool, int64_t grace_ms)
+void
+pool_drain(struct pool *pool, int64_t grace_ms)
 {
     if (pool->joined)
         return;
@@ -699,7 +730,8 @@ void pool_drain(struct pool *pool, int64_t grace_ms)
     dispatch_clear(&pool->dispatch);
 }
 
-void pool_stop(struct pool *pool, int64_t grace_ms)
+void
+pool_stop(struct pool *pool, int64_t grace_ms)
 {
     if (pool == NULL)
         return;

@@ -33,28 +33,34 @@ struct pool_options {
     struct blobs *blobs;
 };
 
-struct pool *pool_start(const struct pool_options *options, struct error *err);
+struct pool *
+pool_start(const struct pool_options *options, struct error *err);
 
 /* A job may be waiting, or wants to be canceled: look. */
-void pool_kick(struct pool *pool);
+void
+pool_kick(struct pool *pool);
 
 struct pool_status {
     unsigned workers, ready, busy;
     uint64_t exits;         /* workers lost since start */
     double rays_per_second; /* learned from finished jobs; 0: none yet */
 };
-void pool_status(struct pool *pool, struct pool_status *status);
+void
+pool_status(struct pool *pool, struct pool_status *status);
 
 /* A job that had this result blob was deleted: delete the blob too if no other
  * job refers to it or is about to (dispatch.h says why the pool decides). */
-void pool_forget_blob(struct pool *pool, const char *sha256);
+void
+pool_forget_blob(struct pool *pool, const char *sha256);
 
 /* pool_stop but for the freeing: afterwards the calls above are still allowed
  * and do nothing, so that whoever holds the pool may go later. */
-void pool_drain(struct pool *pool, int64_t grace_ms);
+void
+pool_drain(struct pool *pool, int64_t grace_ms);
 
 /* Stop leasing; running jobs have `grace_ms` to end, the rest is released
  * (attempt unchanged); then stop workers, join, free. NULL is fine. */
-void pool_stop(struct pool *pool, int64_t grace_ms);
+void
+pool_stop(struct pool *pool, int64_t grace_ms);
 
 #endif

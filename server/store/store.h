@@ -82,7 +82,7 @@ store_submit(struct store *store, const struct job *job, const char *scene,
 
 /* A lease is the right to work on one job. */
 struct lease {
-    struct job job; /* state running, epoch and attempt of this lease */
+    struct job job;     /* state running, epoch and attempt of this lease */
     struct bytes scene; /* canonical text; lease_free frees it */
 };
 
@@ -114,11 +114,11 @@ store_finish(struct store *store, const char *id, uint32_t epoch,
              struct error *err);
 
 enum store_failure {
-    FAILURE_FINAL,    /* failed now: invalid, out of memory */
-    FAILURE_ATTEMPT,  /* the worker died, stalled or timed out: queued again
+    FAILURE_FINAL,   /* failed now: invalid, out of memory */
+    FAILURE_ATTEMPT, /* the worker died, stalled or timed out: queued again
                          while attempts are left, else failed */
-    FAILURE_RELEASE,  /* nobody's fault (drain): queued again, attempt as before */
-    FAILURE_CANCELED  /* the worker stopped as wished: canceled */
+    FAILURE_RELEASE, /* nobody's fault (drain): queued again, attempt as before */
+    FAILURE_CANCELED /* the worker stopped as wished: canceled */
 };
 
 /* The end of a lease without a result. A job with cancel_requested becomes
@@ -157,13 +157,13 @@ store_find(struct store *store, const char *render_key, const char *owner,
            struct job *job, struct error *err);
 
 struct store_filter {
-    const char *owner;    /* NULL: everybody's */
-    const char *tag;      /* NULL or "": any */
-    const char *before;   /* id: only older ones (the cursor); NULL: from the
+    const char *owner;  /* NULL: everybody's */
+    const char *tag;    /* NULL or "": any */
+    const char *before; /* id: only older ones (the cursor); NULL: from the
                              newest */
-    int64_t since_ms;     /* created at or after; 0: any */
-    unsigned states;      /* bit (1 << state); 0: any */
-    unsigned limit;       /* 1...200 */
+    int64_t since_ms;   /* created at or after; 0: any */
+    unsigned states;    /* bit (1 << state); 0: any */
+    unsigned limit;     /* 1...200 */
 };
 
 /* Newest first; returns the number written to jobs[limit], -1 on ERROR_IO. */

@@ -54,7 +54,8 @@ struct plan {
     pid_t parent;
 };
 
-static bool find_program(char path[PATH_MAX], struct error *err)
+static bool
+find_program(char path[PATH_MAX], struct error *err)
 {
     const char *named = getenv("GLINT_WORKER");
     if (named != NULL && named[0] != '\0') {
@@ -75,7 +76,8 @@ static bool find_program(char path[PATH_MAX], struct error *err)
     return true;
 }
 
-static bool plan_env(struct plan *plan, struct error *err)
+static bool
+plan_env(struct plan *plan, struct error *err)
 {
     size_t count = 0;
     for (size_t i = 0; i < sizeof env_kept / sizeof env_kept[0]; i++) {
@@ -99,7 +101,8 @@ static bool plan_env(struct plan *plan, struct error *err)
 }
 
 /* Replace fd by a close-on-exec copy at SAFE_FD or above. */
-static bool move_up(int *fd, struct error *err)
+static bool
+move_up(int *fd, struct error *err)
 {
     int high = fcntl(*fd, F_DUPFD_CLOEXEC, SAFE_FD);
     int cause = errno;
@@ -111,7 +114,8 @@ static bool move_up(int *fd, struct error *err)
     return true;
 }
 
-_Noreturn static void give_up(int report)
+_Noreturn static void
+give_up(int report)
 {
     int cause = errno;
     ssize_t ignored = write(report, &cause, sizeof cause);
@@ -120,7 +124,8 @@ _Noreturn static void give_up(int report)
 }
 
 /* A worker starts with no signal blocked, caught or ignored. */
-static void reset_signals(void)
+static void
+reset_signals(void)
 {
     struct sigaction standard = {.sa_handler = SIG_DFL};
     for (int i = 1; i < NSIG; i++)
@@ -131,7 +136,8 @@ static void reset_signals(void)
 }
 
 /* The child's side of the fork: no malloc, no stdio, no way back. */
-_Noreturn static void become_worker(const struct plan *plan)
+_Noreturn static void
+become_worker(const struct plan *plan)
 {
     /* Die with the parent; if it died before we asked, we would never know. */
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
@@ -159,7 +165,8 @@ _Noreturn static void become_worker(const struct plan *plan)
 
 /* Fork with all signals held back, so that no handler of ours ever runs in the
  * child, where it would write into pipes that belong to the parent. */
-static pid_t fork_quietly(const struct plan *plan)
+static pid_t
+fork_quietly(const struct plan *plan)
 {
     sigset_t all, before;
     sigfillset(&all);
@@ -174,7 +181,8 @@ static pid_t fork_quietly(const struct plan *plan)
 }
 
 /* Wait until exec has closed the report pipe, or a cause came through it. */
-static bool exec_worked(int report, const struct plan *plan, struct error *err)
+static bool
+exec_worked(int report, const struct plan *plan, struct error *err)
 {
     int cause = 0;
     ssize_t got;
@@ -187,15 +195,16 @@ static bool exec_worked(int report, const struct plan *plan, struct error *err)
     return true;
 }
 
-static void close_fd(int *fd)
+static void
+close_fd(int *fd)
 {
     if (*fd >= 0)
         close(*fd);
     *fd = -1;
 }
 
-static bool make_socket(struct child *child, struct plan *plan,
-                        struct error *err)
+static bool
+make_socket(struct child *child, struct plan *plan, struct error *err)
 {
     int pair[2];
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0)
@@ -211,8 +220,9 @@ static bool make_socket(struct child *child, struct plan *plan,
     return true;
 }
 
-static bool plan_make(struct child *child, struct plan *plan, int *report,
-                      struct error *err)
+static bool
+plan_make(struct child *child, struct plan *plan, int *report,
+          struct error *err)
 {
     if (!find_program(plan->program, err) || !plan_env(plan, err))
         return false;
@@ -234,7 +244,8 @@ static bool plan_make(struct child *child, struct plan *plan, int *report,
     return move_up(&plan->report, err);
 }
 
-bool child_start(struct child *child, uint64_t memory_limit, struct error *err)
+bool
+child_start(struct child *child, uint64_t memory_limit, struct error *err)
 {
     *child = (struct child){.pidfd = -1, .socket = -1};
     int report = -1;
@@ -275,17 +286,18 @@ out:
     return ok;
 }
 
-static bool ask_send(struct child *child, struct message *message,
-                     struct error *err)
+static bool
+ask_send(struct child *child, struct message *message, struct error *err)
 {
     if (child->pid == 0)
         return error_set(err, ERROR_IO, "there is no worker to ask");
     return wire_send(child->socket, message, err);
 }
 
-bool child_render(struct child *child, const char *scene, size_t scene_len,
-                  const char *output, size_t output_len, unsigned threads,
-                  struct error *err)
+bool
+child_render(struct child *child, const char *scene, size_t scene_len,
+             const char *output, size_t output_len, unsigned threads,
+             struct error *err)
 {
     if (!child->ready || child->busy)
         return error_set(err, ERROR_INTERNAL, "the worker is %s",
@@ -315,8 +327,8 @@ out:
 
 /* CANCEL or THREADS about the ask under way. With none there is nothing to
  * say: its answer may have crossed our message. */
-static bool remark(struct child *child, struct message *message,
-                   struct error *err)
+static bool
+remark(struct child *child, struct message *message, struct error *err)
 {
     if (!child->busy)
         return true;
@@ -324,13 +336,15 @@ static bool remark(struct child *child, struct message *message,
     return ask_send(child, message, err);
 }
 
-bool child_cancel(struct child *child, struct error *err)
+bool
+child_cancel(struct child *child, struct error *err)
 {
     struct message message = {.kind = MESSAGE_CANCEL};
     return remark(child, &message, err);
 }
 
-bool child_threads(struct child *child, unsigned threads, struct error *err)
+bool
+child_threads(struct child *child, unsigned threads, struct error *err)
 {
     struct message message = {.kind = MESSAGE_THREADS};
     message.body.threads.threads = threads > 0 ? threads : 1;
@@ -339,8 +353,9 @@ bool child_threads(struct child *child, unsigned threads, struct error *err)
 
 /* READY must come from a worker of our own build: two builds may differ in
  * pixels, and in this very protocol. */
-static bool take_ready(struct child *child, const struct message *message,
-                       struct error *err)
+static bool
+take_ready(struct child *child, const struct message *message,
+           struct error *err)
 {
     const struct message_ready *ready = &message->body.ready;
     if (child->ready)
@@ -363,8 +378,9 @@ static bool take_ready(struct child *child, const struct message *message,
     return true;
 }
 
-static bool take_answer(struct child *child, const struct message *message,
-                        struct error *err)
+static bool
+take_answer(struct child *child, const struct message *message,
+            struct error *err)
 {
     if (!child->busy || message->ask != child->ask)
         return error_set(err, ERROR_PROTOCOL,
@@ -376,8 +392,9 @@ static bool take_answer(struct child *child, const struct message *message,
     return true;
 }
 
-enum wire_status child_receive(struct child *child, bool wait,
-                               struct message *message, struct error *err)
+enum wire_status
+child_receive(struct child *child, bool wait, struct message *message,
+              struct error *err)
 {
     if (child->socket < 0 || child->pid == 0) {
         *message = (struct message){0};
@@ -404,7 +421,8 @@ enum wire_status child_receive(struct child *child, bool wait,
     return WIRE_BROKEN;
 }
 
-void child_stop(struct child *child, char how[64])
+void
+child_stop(struct child *child, char how[64])
 {
     if (how != NULL)
         snprintf(how, 64, "never started");

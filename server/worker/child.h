@@ -26,23 +26,29 @@ struct child {
 };
 
 /* Fork and exec. `memory_limit` in bytes for RLIMIT_AS, 0: none. ERROR_IO. */
-bool child_start(struct child *child, uint64_t memory_limit, struct error *err);
+bool
+child_start(struct child *child, uint64_t memory_limit, struct error *err);
 
 /* Send RENDER with the canonical scene and output as sealed memory files and
  * `threads` to start with. The child must be ready and not busy. */
-bool child_render(struct child *child, const char *scene, size_t scene_len,
-                  const char *output, size_t output_len, unsigned threads,
-                  struct error *err);
-bool child_cancel(struct child *child, struct error *err);
-bool child_threads(struct child *child, unsigned threads, struct error *err);
+bool
+child_render(struct child *child, const char *scene, size_t scene_len,
+             const char *output, size_t output_len, unsigned threads,
+             struct error *err);
+bool
+child_cancel(struct child *child, struct error *err);
+bool
+child_threads(struct child *child, unsigned threads, struct error *err);
 
 /* The next message; keeps `ready` and `busy` up to date. A message that is out
  * of turn, or of another version or ask, is WIRE_BROKEN. */
-enum wire_status child_receive(struct child *child, bool wait,
-                               struct message *message, struct error *err);
+enum wire_status
+child_receive(struct child *child, bool wait, struct message *message,
+              struct error *err);
 
 /* SIGKILL, reap, close. `how` (or NULL) gets one sentence: "killed by signal 9",
  * "exited with status 1". Harmless on a child never started. */
-void child_stop(struct child *child, char how[64]);
+void
+child_stop(struct child *child, char how[64]);
 
 #endif

@@ -11,7 +11,8 @@
 
 enum { SOCKET_FD = 3, EXIT_USAGE = 2 };
 
-static bool is_our_socket(int fd)
+static bool
+is_our_socket(int fd)
 {
     int type = 0;
     socklen_t len = sizeof type;
@@ -19,7 +20,8 @@ static bool is_our_socket(int fd)
            type == SOCK_SEQPACKET;
 }
 
-int main(int argc, char **argv)
+int
+main(int argc, char **argv)
 {
     if (argc == 2 && strcmp(argv[1], "--version") == 0) {
         printf("glint-worker %s (build %.12s)\n", glint_version, glint_build);

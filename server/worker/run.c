@@ -36,7 +36,8 @@ struct render {
     struct message_done done;
 };
 
-static void render_clear(struct render *render)
+static void
+render_clear(struct render *render)
 {
     bytes_clear(&render->file);
     image_clear(&render->image);
@@ -44,20 +45,22 @@ static void render_clear(struct render *render)
     arena_clear(&render->arena);
 }
 
-static double ms_since(int64_t start_us)
+static double
+ms_since(int64_t start_us)
 {
     return (double)(clock_monotonic_us() - start_us) / 1000;
 }
 
-static void tell_stage(struct render *render, enum render_stage stage)
+static void
+tell_stage(struct render *render, enum render_stage stage)
 {
     struct message_progress progress = {.stage = stage};
     turn_progress(render->turn, &progress);
 }
 
 /* The first thing wrong with a document, with its place, as one error. */
-static bool first_error(const char *what, struct error_list *errors,
-                        struct error *err)
+static bool
+first_error(const char *what, struct error_list *errors, struct error *err)
 {
     error_list_sort(errors);
     if (errors->count == 0)
@@ -73,7 +76,8 @@ static bool first_error(const char *what, struct error_list *errors,
     return error_set(err, item->code, "%s", item->detail);
 }
 
-static bool read_scene(struct render *render, int fd, struct error *err)
+static bool
+read_scene(struct render *render, int fd, struct error *err)
 {
     const void *text;
     size_t len;
@@ -86,7 +90,8 @@ static bool read_scene(struct render *render, int fd, struct error *err)
     return ok || first_error("scene", &errors, err);
 }
 
-static bool read_output(struct render *render, int fd, struct error *err)
+static bool
+read_output(struct render *render, int fd, struct error *err)
 {
     const void *text;
     size_t len;
@@ -101,8 +106,8 @@ static bool read_output(struct render *render, int fd, struct error *err)
 }
 
 /* bytes -> scene, and an empty film of its size. */
-static bool load(struct render *render, const struct message *ask,
-                 struct error *err)
+static bool
+load(struct render *render, const struct message *ask, struct error *err)
 {
     int64_t start = clock_monotonic_us();
     tell_stage(render, STAGE_LOADING);
@@ -118,8 +123,8 @@ static bool load(struct render *render, const struct message *ask,
     return ok;
 }
 
-static enum render_verdict on_progress(void *user,
-                                       const struct render_progress *now)
+static enum render_verdict
+on_progress(void *user, const struct render_progress *now)
 {
     struct render *render = user;
     /* The crew is at work: now the library can load beside it. */
@@ -137,7 +142,8 @@ static enum render_verdict on_progress(void *user,
 
 /* As many crew members as cores, so that THREADS can let more of them work
  * later; or as many as were asked for, where that is more. */
-static unsigned crew_size(unsigned asked)
+static unsigned
+crew_size(unsigned asked)
 {
     cpu_set_t cores;
     unsigned size = 1;
@@ -151,7 +157,8 @@ static unsigned crew_size(unsigned asked)
 /* A quarter of the memory we may use for geometry, and as much again for what
  * is built of it: the rest is for film, image and libraries. The tighter of the
  * two limits that an asker may set counts; 0, no limit, without one. */
-static size_t geometry_memory_max(void)
+static size_t
+geometry_memory_max(void)
 {
     static const int kinds[] = {RLIMIT_AS, RLIMIT_DATA};
     rlim_t least = RLIM_INFINITY;
@@ -164,8 +171,8 @@ static size_t geometry_memory_max(void)
 }
 
 /* scene -> film. */
-static bool trace(struct render *render, const struct message *ask,
-                  struct error *err)
+static bool
+trace(struct render *render, const struct message *ask, struct error *err)
 {
     unsigned threads = ask->body.threads.threads;
     atomic_store(&render->turn->threads, threads);
@@ -189,7 +196,8 @@ static bool trace(struct render *render, const struct message *ask,
 
 /* film -> bytes. The film is let go before the image is encoded: for a big
  * picture the two together would be the worker's peak. */
-static bool encode(struct render *render, struct error *err)
+static bool
+encode(struct render *render, struct error *err)
 {
     int64_t start = clock_monotonic_us();
     tell_stage(render, STAGE_ENCODING);
@@ -204,7 +212,8 @@ static bool encode(struct render *render, struct error *err)
     return ok;
 }
 
-static uint64_t peak_bytes(void)
+static uint64_t
+peak_bytes(void)
 {
     struct rusage usage;
     if (getrusage(RUSAGE_SELF, &usage) != 0)
@@ -212,8 +221,9 @@ static uint64_t peak_bytes(void)
     return (uint64_t)usage.ru_maxrss * 1024;
 }
 
-bool run_render(struct turn *turn, const struct message *ask,
-                struct message *answer, struct error *err)
+bool
+run_render(struct turn *turn, const struct message *ask, struct message *answer,
+           struct error *err)
 {
     struct render render = {.turn = turn};
     arena_init(&render.arena, scene_memory_max);

@@ -16,7 +16,8 @@ typedef bool (*run_fn)(struct turn *turn, const struct message *ask,
                        struct message *answer, struct error *err);
 
 /* Scene and output -> encoded image. */
-bool run_render(struct turn *turn, const struct message *ask,
-                struct message *answer, struct error *err);
+bool
+run_render(struct turn *turn, const struct message *ask, struct message *answer,
+           struct error *err);
 
 #endif

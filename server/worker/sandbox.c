@@ -145,8 +145,8 @@ static const struct rule taken_back[] = {
     {CALL(mprotect), MASKED, 2, PROT_EXEC, PROT_EXEC},
 };
 
-static int add_rule(scmp_filter_ctx filter, uint32_t action,
-                    const struct rule *rule)
+static int
+add_rule(scmp_filter_ctx filter, uint32_t action, const struct rule *rule)
 {
     if (rule->when == ANY)
         return seccomp_rule_add(filter, action, rule->call, 0);
@@ -160,8 +160,9 @@ static int add_rule(scmp_filter_ctx filter, uint32_t action,
 }
 
 /* Load a filter on all threads. `otherwise` is for calls no row names. */
-static int load_filter(uint32_t otherwise, uint32_t action,
-                       const struct rule *rules, size_t count)
+static int
+load_filter(uint32_t otherwise, uint32_t action, const struct rule *rules,
+            size_t count)
 {
     scmp_filter_ctx filter = seccomp_init(otherwise);
     if (filter == NULL)
@@ -181,7 +182,8 @@ static int load_filter(uint32_t otherwise, uint32_t action,
 }
 
 /* Per process; the memory limit is the parent's business. */
-static void set_limits(void)
+static void
+set_limits(void)
 {
     static const struct {
         int resource;
@@ -201,7 +203,8 @@ static void set_limits(void)
     }
 }
 
-void sandbox_enter(int socket)
+void
+sandbox_enter(int socket)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     prctl(PR_SET_DUMPABLE, 0); /* nobody of our user may trace us either */
@@ -217,7 +220,8 @@ void sandbox_enter(int socket)
                   strerrordesc_np(-result));
 }
 
-void sandbox_tighten(void)
+void
+sandbox_tighten(void)
 {
     static bool done;
     if (done || !image_codec_settled())

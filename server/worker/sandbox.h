@@ -10,10 +10,12 @@
  * no new privileges, no core file, no network, no new process, no signal or
  * trace to another process, no opening for writing; and SIGKILL when the
  * parent dies. */
-void sandbox_enter(int socket);
+void
+sandbox_enter(int socket);
 
 /* Once the image library has loaded (before that: does nothing): no file is
  * opened or looked at any more, no memory becomes executable. All threads. */
-void sandbox_tighten(void);
+void
+sandbox_tighten(void);
 
 #endif

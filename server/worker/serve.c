@@ -15,13 +15,15 @@ enum { PROGRESS_INTERVAL_US = 100000, IDLE_MS = 20 };
 
 /* Leave at once: the libraries' static destructors would wait for threads that
  * they started and that may be anywhere. */
-_Noreturn static void leave(int status)
+_Noreturn static void
+leave(int status)
 {
     fflush(stderr);
     _exit(status);
 }
 
-static void take_remark(struct turn *turn, const struct message *message)
+static void
+take_remark(struct turn *turn, const struct message *message)
 {
     /* About an earlier ask: its answer and this remark crossed. */
     if (message->ask != turn->ask)
@@ -32,7 +34,8 @@ static void take_remark(struct turn *turn, const struct message *message)
         atomic_store(&turn->threads, message->body.threads.threads);
 }
 
-bool turn_listen(struct turn *turn)
+bool
+turn_listen(struct turn *turn)
 {
     sandbox_tighten();
     for (;;) {
@@ -57,13 +60,15 @@ bool turn_listen(struct turn *turn)
     }
 }
 
-static bool has_room(int socket)
+static bool
+has_room(int socket)
 {
     struct pollfd one = {.fd = socket, .events = POLLOUT};
     return poll(&one, 1, 0) == 1 && (one.revents & POLLOUT) != 0;
 }
 
-void turn_progress(struct turn *turn, const struct message_progress *progress)
+void
+turn_progress(struct turn *turn, const struct message_progress *progress)
 {
     int64_t now = clock_monotonic_us();
     if (now < turn->next_progress_us || !has_room(turn->socket))
@@ -81,7 +86,8 @@ static const run_fn asks[MESSAGE_KIND_COUNT] = {
 };
 
 /* Do one ask and send its one answer. False if nobody is there to read it. */
-static bool answer_ask(int socket, const struct message *ask)
+static bool
+answer_ask(int socket, const struct message *ask)
 {
     struct turn turn = {.socket = socket, .ask = ask->ask};
     struct message answer = {.kind = MESSAGE_DONE, .ask = ask->ask};
@@ -103,7 +109,8 @@ static bool answer_ask(int socket, const struct message *ask)
     return ok;
 }
 
-static bool say_ready(int socket)
+static bool
+say_ready(int socket)
 {
     struct message message = {.kind = MESSAGE_READY};
     struct message_ready *ready = &message.body.ready;
@@ -117,7 +124,8 @@ static bool say_ready(int socket)
  * time is for loading the image library. An ask that is there at once is begun
  * first: while a library loads the C library starts no thread, so the crew
  * would wait for it (run.c loads beside the crew). */
-static void wait_for_ask(int socket)
+static void
+wait_for_ask(int socket)
 {
     struct pollfd one = {.fd = socket, .events = POLLIN};
     if (poll(&one, 1, IDLE_MS) == 0) {
@@ -127,7 +135,8 @@ static void wait_for_ask(int socket)
     sandbox_tighten();
 }
 
-int serve(int socket)
+int
+serve(int socket)
 {
     if (!say_ready(socket))
         return 0;

@@ -25,13 +25,16 @@ struct turn {
 /* Read what came down the line, without waiting. False once the ask is
  * canceled. Ends the process when the parent has gone: nobody would read the
  * answer. */
-bool turn_listen(struct turn *turn);
+bool
+turn_listen(struct turn *turn);
 
 /* PROGRESS up the line, at most ten a second; the rest is dropped, and so is
  * one that the parent has no room for. */
-void turn_progress(struct turn *turn, const struct message_progress *progress);
+void
+turn_progress(struct turn *turn, const struct message_progress *progress);
 
 /* Serve until the parent goes: status 0, or breaks the protocol: status 1. */
-int serve(int socket);
+int
+serve(int socket);
 
 #endif

@@ -26,12 +26,14 @@ struct record {
     } body;
 };
 
-static bool text_ends(const char *text, size_t size)
+static bool
+text_ends(const char *text, size_t size)
 {
     return memchr(text, '\0', size) != NULL;
 }
 
-static bool check_ready(const struct message *message)
+static bool
+check_ready(const struct message *message)
 {
     const struct message_ready *ready = &message->body.ready;
     return text_ends(ready->version, sizeof ready->version) &&
@@ -39,7 +41,8 @@ static bool check_ready(const struct message *message)
            text_ends(ready->isa, sizeof ready->isa);
 }
 
-static bool check_progress(const struct message *message)
+static bool
+check_progress(const struct message *message)
 {
     const struct message_progress *progress = &message->body.progress;
     return progress->stage <= STAGE_ENCODING &&
@@ -47,12 +50,14 @@ static bool check_progress(const struct message *message)
 }
 
 /* False for NaN too. */
-static bool is_duration(double ms)
+static bool
+is_duration(double ms)
 {
     return ms >= 0 && ms <= 1e15;
 }
 
-static bool check_done(const struct message *message)
+static bool
+check_done(const struct message *message)
 {
     const struct message_done *done = &message->body.done;
     return done->width > 0 && done->height > 0 && is_duration(done->load_ms) &&
@@ -60,19 +65,22 @@ static bool check_done(const struct message *message)
            is_duration(done->encode_ms);
 }
 
-static bool check_failed(const struct message *message)
+static bool
+check_failed(const struct message *message)
 {
     const struct message_failed *failed = &message->body.failed;
     return failed->code > ERROR_NONE && failed->code < ERROR_CODE_COUNT &&
            text_ends(failed->text, sizeof failed->text);
 }
 
-static bool check_threads(const struct message *message)
+static bool
+check_threads(const struct message *message)
 {
     return message->body.threads.threads >= 1;
 }
 
-static bool check_nothing(const struct message *message)
+static bool
+check_nothing(const struct message *message)
 {
     (void)message;
     return true;
@@ -99,7 +107,8 @@ static const struct {
                          check_threads},
 };
 
-void message_clear(struct message *message)
+void
+message_clear(struct message *message)
 {
     uint32_t count =
         message->fd_count < WIRE_FD_MAX ? message->fd_count : WIRE_FD_MAX;
@@ -112,7 +121,8 @@ void message_clear(struct message *message)
 
 /* Everything a record promises beyond its size; used by both directions, so
  * what one side sends the other accepts. */
-static bool message_check(const struct message *message, struct error *err)
+static bool
+message_check(const struct message *message, struct error *err)
 {
     if (message->kind == 0 || message->kind >= MESSAGE_KIND_COUNT)
         return error_set(err, ERROR_PROTOCOL,
@@ -139,8 +149,9 @@ union control {
     char bytes[CMSG_SPACE(WIRE_FD_MAX * sizeof(int))];
 };
 
-static void attach_fds(struct msghdr *header, union control *control,
-                       const int *fds, uint32_t count)
+static void
+attach_fds(struct msghdr *header, union control *control, const int *fds,
+           uint32_t count)
 {
     header->msg_control = control->bytes;
     header->msg_controllen = CMSG_SPACE(count * sizeof(int));
@@ -151,7 +162,8 @@ static void attach_fds(struct msghdr *header, union control *control,
     memcpy(CMSG_DATA(item), fds, count * sizeof(int));
 }
 
-bool wire_send(int socket, const struct message *message, struct error *err)
+bool
+wire_send(int socket, const struct message *message, struct error *err)
 {
     if (!message_check(message, err))
         return false;
@@ -182,7 +194,8 @@ bool wire_send(int socket, const struct message *message, struct error *err)
 
 /* Take every descriptor that came, whether wanted or not: those beyond
  * WIRE_FD_MAX were closed by the kernel, which then says MSG_CTRUNC. */
-static void take_fds(struct msghdr *header, struct message *message)
+static void
+take_fds(struct msghdr *header, struct message *message)
 {
     for (struct cmsghdr *item = CMSG_FIRSTHDR(header); item != NULL;
          item = CMSG_NXTHDR(header, item)) {
@@ -202,7 +215,8 @@ static void take_fds(struct msghdr *header, struct message *message)
 
 /* One recvmsg that never blocks by itself, so that `wait` means the same on a
  * blocking and on a non-blocking socket. */
-static ssize_t receive_record(int socket, bool wait, struct msghdr *header)
+static ssize_t
+receive_record(int socket, bool wait, struct msghdr *header)
 {
     struct iovec *part = header->msg_iov;
     struct iovec whole = *part;
@@ -224,8 +238,9 @@ static ssize_t receive_record(int socket, bool wait, struct msghdr *header)
     }
 }
 
-static bool record_check(const struct record *record, ssize_t got, int flags,
-                         struct error *err)
+static bool
+record_check(const struct record *record, ssize_t got, int flags,
+             struct error *err)
 {
     if ((flags & MSG_TRUNC) != 0)
         return error_set(err, ERROR_PROTOCOL,
@@ -250,8 +265,8 @@ static bool record_check(const struct record *record, ssize_t got, int flags,
     return true;
 }
 
-enum wire_status wire_receive(int socket, bool wait, struct message *message,
-                              struct error *err)
+enum wire_status
+wire_receive(int socket, bool wait, struct message *message, struct error *err)
 {
     *message = (struct message){0};
     struct record record;
@@ -291,8 +306,8 @@ broken:
 /* Seals without which a peer could change or cut what we are reading. */
 static const int wire_seals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
 
-int wire_memfd(const char *name, const void *data, size_t len,
-               struct error *err)
+int
+wire_memfd(const char *name, const void *data, size_t len, struct error *err)
 {
     int fd = memfd_create(name, MFD_CLOEXEC | MFD_ALLOW_SEALING);
     if (fd < 0) {
@@ -326,8 +341,9 @@ fail:
     return -1;
 }
 
-bool wire_map(int fd, size_t limit, const void **data, size_t *len,
-              struct error *err)
+bool
+wire_map(int fd, size_t limit, const void **data, size_t *len,
+         struct error *err)
 {
     *data = "";
     *len = 0;
@@ -360,7 +376,8 @@ bool wire_map(int fd, size_t limit, const void **data, size_t *len,
     return true;
 }
 
-void wire_unmap(const void *data, size_t len)
+void
+wire_unmap(const void *data, size_t len)
 {
     if (len > 0)
         munmap((void *)(uintptr_t)data, len);

@@ -83,10 +83,12 @@ struct message {
 };
 
 /* Close the descriptors and zero. */
-void message_clear(struct message *message);
+void
+message_clear(struct message *message);
 
 /* Send; the descriptors stay the caller's. ERROR_IO when the peer is gone. */
-bool wire_send(int socket, const struct message *message, struct error *err);
+bool
+wire_send(int socket, const struct message *message, struct error *err);
 
 enum wire_status {
     WIRE_MESSAGE, /* one record, checked */
@@ -97,17 +99,19 @@ enum wire_status {
 
 /* Receive one record; `wait` false: do not block. Strings in it are
  * NUL-terminated, enums in range, fd_count as the kind demands. */
-enum wire_status wire_receive(int socket, bool wait, struct message *message,
-                              struct error *err);
+enum wire_status
+wire_receive(int socket, bool wait, struct message *message, struct error *err);
 
 /* A sealed memory file with a copy of data; -1 on failure. */
-int wire_memfd(const char *name, const void *data, size_t len,
-               struct error *err);
+int
+wire_memfd(const char *name, const void *data, size_t len, struct error *err);
 
 /* Map a memory file read-only. Refuses one that is not sealed against shrink,
  * grow and write, or is over `limit` bytes. Empty files map to "". */
-bool wire_map(int fd, size_t limit, const void **data, size_t *len,
-              struct error *err);
-void wire_unmap(const void *data, size_t len);
+bool
+wire_map(int fd, size_t limit, const void **data, size_t *len,
+         struct error *err);
+void
+wire_unmap(const void *data, size_t len);
 
 #endif

@@ -4,8 +4,9 @@
 #include "server/api/job_json.h"
 #include "tests/api/verdicts.h"
 
-static void read_job(const char *text, size_t len, struct arena *arena,
-                     struct error_list *errors)
+static void
+read_job(const char *text, size_t len, struct arena *arena,
+         struct error_list *errors)
 {
     struct job_document job;
     struct scene scene;
@@ -18,7 +19,8 @@ static void read_job(const char *text, size_t len, struct arena *arena,
     error_list_sort(errors);
 }
 
-int main(void)
+int
+main(void)
 {
     return verdicts_main(read_job);
 }

@@ -7,7 +7,8 @@
 
 enum { DOCUMENT_MAX = 16 * 1024 * 1024, ARENA_BYTES = 256 * 1024 * 1024 };
 
-static void write_error(struct json_writer *w, const struct error_item *item)
+static void
+write_error(struct json_writer *w, const struct error_item *item)
 {
     json_begin_object(w, NULL);
     json_put_string(w, "code", error_code_name(item->code));
@@ -18,7 +19,8 @@ static void write_error(struct json_writer *w, const struct error_item *item)
     json_end_object(w);
 }
 
-static void write_verdict(const struct error_list *errors)
+static void
+write_verdict(const struct error_list *errors)
 {
     struct bytes out = {0};
     struct json_writer w = {.out = &out};
@@ -34,7 +36,8 @@ static void write_verdict(const struct error_list *errors)
     bytes_clear(&out);
 }
 
-int verdicts_main(verdicts_fn read)
+int
+verdicts_main(verdicts_fn read)
 {
     size_t len;
     while (scanf("%zu", &len) == 1) {

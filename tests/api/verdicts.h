@@ -21,6 +21,7 @@
 typedef void (*verdicts_fn)(const char *text, size_t len, struct arena *arena,
                             struct error_list *errors);
 
-int verdicts_main(verdicts_fn read);
+int
+verdicts_main(verdicts_fn read);
 
 #endif

@@ -5,7 +5,8 @@
 #include "tests/fuzz/fuzz.h"
 #include "tests/unit/scene/property.h"
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int
+LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     json_property((const char *)data, size);
     return 0;

@@ -14,14 +14,16 @@
 #include "core/base/must.h"
 #include "server/worker/wire.h"
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+int
+LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 /* An honest record, to learn size and head from. */
 static char honest[4096];
 static size_t honest_len;
 static int null_fd;
 
-static void learn(void)
+static void
+learn(void)
 {
     int pair[2];
     struct message message = {.kind = MESSAGE_CANCEL, .ask = 1};
@@ -36,7 +38,8 @@ static void learn(void)
     MUST(null_fd >= 0);
 }
 
-static void send_raw(int socket, char *record, size_t len, size_t fd_count)
+static void
+send_raw(int socket, char *record, size_t len, size_t fd_count)
 {
     struct iovec part = {record, len};
     struct msghdr header = {.msg_iov = &part, .msg_iovlen = 1};
@@ -54,7 +57,8 @@ static void send_raw(int socket, char *record, size_t len, size_t fd_count)
     sendmsg(socket, &header, MSG_NOSIGNAL);
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int
+LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     if (honest_len == 0)
         learn();

@@ -16,7 +16,8 @@ enum { INPUT_MAX = 64 * 1024 * 1024, SECONDS_MAX = 10 };
 
 static unsigned inputs;
 
-static bool replay_file(const char *path)
+static bool
+replay_file(const char *path)
 {
     struct bytes text = {0};
     struct error err = {0};
@@ -42,7 +43,8 @@ static bool replay_file(const char *path)
     return true;
 }
 
-static bool replay(const char *path)
+static bool
+replay(const char *path)
 {
     struct stat st;
     if (stat(path, &st) != 0) {
@@ -65,7 +67,8 @@ static bool replay(const char *path)
     return ok;
 }
 
-int main(int argc, char **argv)
+int
+main(int argc, char **argv)
 {
     for (int i = 1; i < argc; i++) {
         if (!replay(argv[i]))

@@ -22,7 +22,8 @@ struct talk {
     int open_before;
 };
 
-static int open_descriptors(void)
+static int
+open_descriptors(void)
 {
     int count = 0;
     for (int fd = 0; fd < 256; fd++)
@@ -30,7 +31,8 @@ static int open_descriptors(void)
     return count;
 }
 
-static int set_up(void **state)
+static int
+set_up(void **state)
 {
     struct talk *talk = calloc(1, sizeof *talk);
     int pair[2];
@@ -44,7 +46,8 @@ static int set_up(void **state)
 }
 
 /* Every test also checks that it left no descriptor behind. */
-static int tear_down(void **state)
+static int
+tear_down(void **state)
 {
     struct talk *talk = *state;
     close(talk->ours);
@@ -58,7 +61,8 @@ static int tear_down(void **state)
     return clean ? 0 : -1;
 }
 
-static struct message ready_message(void)
+static struct message
+ready_message(void)
 {
     struct message message = {.kind = MESSAGE_READY};
     strcpy(message.body.ready.version, "0.1.0");
@@ -68,8 +72,9 @@ static struct message ready_message(void)
 }
 
 /* The bytes of a record as wire.c sends it, caught on the way. */
-static size_t record_bytes(struct talk *talk, const struct message *message,
-                           void *bytes, size_t size)
+static size_t
+record_bytes(struct talk *talk, const struct message *message, void *bytes,
+             size_t size)
 {
     assert_true(wire_send(talk->theirs, message, NULL));
     ssize_t got = recv(talk->ours, bytes, size, 0);
@@ -77,8 +82,9 @@ static size_t record_bytes(struct talk *talk, const struct message *message,
     return (size_t)got;
 }
 
-static void raw_send(int socket, const void *bytes, size_t len, const int *fds,
-                     size_t fd_count)
+static void
+raw_send(int socket, const void *bytes, size_t len, const int *fds,
+         size_t fd_count)
 {
     struct iovec part = {(void *)(uintptr_t)bytes, len};
     struct msghdr header = {.msg_iov = &part, .msg_iovlen = 1};
@@ -95,7 +101,8 @@ static void raw_send(int socket, const void *bytes, size_t len, const int *fds,
     assert_int_equal(sendmsg(socket, &header, MSG_NOSIGNAL), len);
 }
 
-static void expect_broken(struct talk *talk, const char *word)
+static void
+expect_broken(struct talk *talk, const char *word)
 {
     struct message message;
     struct error err = {0};
@@ -108,7 +115,8 @@ static void expect_broken(struct talk *talk, const char *word)
     assert_int_equal(message.fd_count, 0);
 }
 
-static void each_kind_arrives_as_it_was_sent(void **state)
+static void
+each_kind_arrives_as_it_was_sent(void **state)
 {
     struct talk *talk = *state;
     int files[2] = {wire_memfd("a", "scene", 5, NULL),
@@ -162,7 +170,8 @@ static void each_kind_arrives_as_it_was_sent(void **state)
     close(files[1]);
 }
 
-static void nothing_there_is_said_at_once(void **state)
+static void
+nothing_there_is_said_at_once(void **state)
 {
     struct talk *talk = *state;
     struct message message;
@@ -170,7 +179,8 @@ static void nothing_there_is_said_at_once(void **state)
                      WIRE_NOTHING);
 }
 
-static void waiting_works_on_a_non_blocking_socket(void **state)
+static void
+waiting_works_on_a_non_blocking_socket(void **state)
 {
     struct talk *talk = *state;
     fcntl(talk->ours, F_SETFL, O_NONBLOCK);
@@ -186,7 +196,8 @@ static void waiting_works_on_a_non_blocking_socket(void **state)
     message_clear(&message);
 }
 
-static void a_closed_peer_is_told_from_silence(void **state)
+static void
+a_closed_peer_is_told_from_silence(void **state)
 {
     struct talk *talk = *state;
     close(talk->theirs);
@@ -202,7 +213,8 @@ static void a_closed_peer_is_told_from_silence(void **state)
     assert_int_equal(err.code, ERROR_IO);
 }
 
-static void last_words_are_heard_though_ours_went_unread(void **state)
+static void
+last_words_are_heard_though_ours_went_unread(void **state)
 {
     struct talk *talk = *state;
     struct message unread = {.kind = MESSAGE_CANCEL, .ask = 1};
@@ -221,7 +233,8 @@ static void last_words_are_heard_though_ours_went_unread(void **state)
                      WIRE_CLOSED);
 }
 
-static void a_full_line_is_an_error_and_no_wait(void **state)
+static void
+a_full_line_is_an_error_and_no_wait(void **state)
 {
     struct talk *talk = *state;
     fcntl(talk->ours, F_SETFL, O_NONBLOCK);
@@ -234,7 +247,8 @@ static void a_full_line_is_an_error_and_no_wait(void **state)
     assert_int_equal(err.code, ERROR_IO);
 }
 
-static void every_other_size_is_refused(void **state)
+static void
+every_other_size_is_refused(void **state)
 {
     struct talk *talk = *state;
     char bytes[4096] = {0};
@@ -256,8 +270,9 @@ static void every_other_size_is_refused(void **state)
 }
 
 /* Overwrite four bytes of an honest record and expect it refused. */
-static void expect_refused_with(struct talk *talk, struct message message,
-                                size_t at, uint32_t value, const char *word)
+static void
+expect_refused_with(struct talk *talk, struct message message, size_t at,
+                    uint32_t value, const char *word)
 {
     char bytes[4096];
     int fd = wire_memfd("x", "x", 1, NULL);
@@ -272,7 +287,8 @@ static void expect_refused_with(struct talk *talk, struct message message,
     close(fd);
 }
 
-static void wrong_heads_are_refused(void **state)
+static void
+wrong_heads_are_refused(void **state)
 {
     struct talk *talk = *state;
     struct message cancel = {.kind = MESSAGE_CANCEL, .ask = 1};
@@ -293,7 +309,8 @@ static const struct message done = {
     .fd_count = 1,
 };
 
-static void wrong_bodies_are_refused(void **state)
+static void
+wrong_bodies_are_refused(void **state)
 {
     struct talk *talk = *state;
     size_t body = 16;
@@ -319,7 +336,8 @@ static void wrong_bodies_are_refused(void **state)
     expect_refused_with(talk, done, load_ms + 4, 0x7ff00000, "DONE");
 }
 
-static void texts_without_an_end_are_refused(void **state)
+static void
+texts_without_an_end_are_refused(void **state)
 {
     struct talk *talk = *state;
     char bytes[4096];
@@ -336,7 +354,8 @@ static void texts_without_an_end_are_refused(void **state)
     expect_broken(talk, "READY");
 }
 
-static void a_wrong_number_of_descriptors_is_refused(void **state)
+static void
+a_wrong_number_of_descriptors_is_refused(void **state)
 {
     struct talk *talk = *state;
     char bytes[4096];
@@ -362,7 +381,8 @@ static void a_wrong_number_of_descriptors_is_refused(void **state)
         close(fds[i]);
 }
 
-static void what_must_not_be_sent_is_not(void **state)
+static void
+what_must_not_be_sent_is_not(void **state)
 {
     struct talk *talk = *state;
     struct error err = {0};
@@ -374,7 +394,8 @@ static void what_must_not_be_sent_is_not(void **state)
 }
 
 /* A memory file with these seals. */
-static int file_with(unsigned seals, size_t len)
+static int
+file_with(unsigned seals, size_t len)
 {
     int fd = memfd_create("test", MFD_CLOEXEC | MFD_ALLOW_SEALING);
     assert_true(fd >= 0);
@@ -383,7 +404,8 @@ static int file_with(unsigned seals, size_t len)
     return fd;
 }
 
-static void memory_files_must_be_sealed(void **state)
+static void
+memory_files_must_be_sealed(void **state)
 {
     (void)state;
     const unsigned all = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
@@ -409,7 +431,8 @@ static void memory_files_must_be_sealed(void **state)
     close(fd);
 }
 
-static void other_descriptors_are_no_memory_files(void **state)
+static void
+other_descriptors_are_no_memory_files(void **state)
 {
     struct talk *talk = *state;
     const void *data;
@@ -426,7 +449,8 @@ static void other_descriptors_are_no_memory_files(void **state)
     close(file);
 }
 
-static void memory_files_have_a_limit(void **state)
+static void
+memory_files_have_a_limit(void **state)
 {
     (void)state;
     const void *data;
@@ -446,7 +470,8 @@ static void memory_files_have_a_limit(void **state)
     close(fd);
 }
 
-static void our_memory_files_cannot_be_changed(void **state)
+static void
+our_memory_files_cannot_be_changed(void **state)
 {
     (void)state;
     int fd = wire_memfd("test", "abc", 3, NULL);
@@ -468,7 +493,8 @@ static void our_memory_files_cannot_be_changed(void **state)
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(each_kind_arrives_as_it_was_sent),

@@ -14,20 +14,23 @@
 static uint64_t woken[64];
 static size_t woken_count, kicks;
 
-void http_wake(struct http *http, uint64_t ticket)
+void
+http_wake(struct http *http, uint64_t ticket)
 {
     (void)http;
     if (woken_count < 64)
         woken[woken_count++] = ticket;
 }
 
-void pool_kick(struct pool *pool)
+void
+pool_kick(struct pool *pool)
 {
     (void)pool;
     kicks++;
 }
 
-void pool_status(struct pool *pool, struct pool_status *status)
+void
+pool_status(struct pool *pool, struct pool_status *status)
 {
     (void)pool;
     status->workers = 7;
@@ -35,7 +38,8 @@ void pool_status(struct pool *pool, struct pool_status *status)
 
 static char something;
 
-static int set_up(void **state)
+static int
+set_up(void **state)
 {
     struct events *events = events_new(NULL);
 
@@ -45,13 +49,15 @@ static int set_up(void **state)
     return events ? 0 : -1;
 }
 
-static int tear_down(void **state)
+static int
+tear_down(void **state)
 {
     events_free(*state);
     return 0;
 }
 
-static void a_change_wakes_its_watchers_only(void **state)
+static void
+a_change_wakes_its_watchers_only(void **state)
 {
     struct events *events = *state;
 
@@ -72,7 +78,8 @@ static void a_change_wakes_its_watchers_only(void **state)
     assert_int_equal(woken_count, 1);
 }
 
-static void nobody_is_woken_without_http(void **state)
+static void
+nobody_is_woken_without_http(void **state)
 {
     struct events *events = *state;
 
@@ -85,7 +92,8 @@ static void nobody_is_woken_without_http(void **state)
     assert_int_equal(woken_count, 1);
 }
 
-static void thousands_of_watchers(void **state)
+static void
+thousands_of_watchers(void **state)
 {
     struct events *events = *state;
     char job[ID_SIZE];
@@ -103,7 +111,8 @@ static void thousands_of_watchers(void **state)
     }
 }
 
-static void the_pool_is_kicked_while_connected(void **state)
+static void
+the_pool_is_kicked_while_connected(void **state)
 {
     struct events *events = *state;
     struct pool_status status;
@@ -119,7 +128,8 @@ static void the_pool_is_kicked_while_connected(void **state)
     assert_int_equal(status.workers, 7);
 }
 
-static void a_commit_outlives_either_side(void **state)
+static void
+a_commit_outlives_either_side(void **state)
 {
     struct events *events = *state;
     struct commit *commit = commit_new(events, "job_a");
@@ -142,7 +152,8 @@ static void a_commit_outlives_either_side(void **state)
     assert_int_equal(woken_count, 1);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_change_wakes_its_watchers_only,

@@ -9,7 +9,8 @@
 
 #include "server/api/html.h"
 
-static void check_marks(const char *text, const char *suffix, const char *want)
+static void
+check_marks(const char *text, const char *suffix, const char *want)
 {
     struct bytes out = {0};
 
@@ -18,7 +19,8 @@ static void check_marks(const char *text, const char *suffix, const char *want)
     bytes_clear(&out);
 }
 
-static void marks_become_elements(void **state)
+static void
+marks_become_elements(void **state)
 {
     (void)state;
     check_marks("", "", "");
@@ -37,7 +39,8 @@ static void marks_become_elements(void **state)
                 "<a href=\"/f\">e</a> g</p>\n");
 }
 
-static void broken_marks_stay_text(void **state)
+static void
+broken_marks_stay_text(void **state)
 {
     (void)state;
     check_marks("a ` b", "", "<p>a ` b</p>\n");
@@ -49,7 +52,8 @@ static void broken_marks_stay_text(void **state)
     check_marks("`", "", "<p>`</p>\n");
 }
 
-static void text_is_escaped(void **state)
+static void
+text_is_escaped(void **state)
 {
     struct bytes out = {0};
 
@@ -59,7 +63,8 @@ static void text_is_escaped(void **state)
     bytes_clear(&out);
 }
 
-static void forms_are_decoded(void **state)
+static void
+forms_are_decoded(void **state)
 {
     static const struct {
         const char *text, *want;
@@ -85,7 +90,8 @@ static void forms_are_decoded(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(marks_become_elements),

@@ -13,7 +13,8 @@ static struct arena arena;
 static struct error_list errors;
 static struct job_document document;
 
-static bool read(const char *text)
+static bool
+read(const char *text)
 {
     const struct json *root;
 
@@ -28,8 +29,9 @@ static bool read(const char *text)
     return errors.count == 0;
 }
 
-static void expect(size_t i, enum error_code code, const char *pointer,
-                   uint32_t line, uint32_t column)
+static void
+expect(size_t i, enum error_code code, const char *pointer, uint32_t line,
+       uint32_t column)
 {
     assert_true(i < errors.count);
     assert_string_equal(error_code_name(errors.items[i].code),
@@ -39,7 +41,8 @@ static void expect(size_t i, enum error_code code, const char *pointer,
     assert_int_equal(errors.items[i].column, column);
 }
 
-static void a_bare_scene_is_a_job_with_defaults(void **state)
+static void
+a_bare_scene_is_a_job_with_defaults(void **state)
 {
     (void)state;
     assert_true(read("{\"objects\": []}"));
@@ -51,7 +54,8 @@ static void a_bare_scene_is_a_job_with_defaults(void **state)
     assert_string_equal(document.tags, "");
 }
 
-static void every_member_is_read(void **state)
+static void
+every_member_is_read(void **state)
 {
     (void)state;
     assert_true(read("{\"scene\": {\"objects\": []}, \"priority\": \"low\", "
@@ -67,7 +71,8 @@ static void every_member_is_read(void **state)
     assert_non_null(json_member(document.scene, "objects"));
 }
 
-static void all_errors_come_at_once(void **state)
+static void
+all_errors_come_at_once(void **state)
 {
     (void)state;
     assert_false(read("{\"scene\": {},\n"
@@ -96,7 +101,8 @@ static void all_errors_come_at_once(void **state)
     expect(8, ERROR_PROPERTY_NOT_YET, "/webhook", 8, 2);
 }
 
-static void an_unknown_member_has_a_fix(void **state)
+static void
+an_unknown_member_has_a_fix(void **state)
 {
     (void)state;
     assert_false(read("{\"scene\": {}, \"priorita\": \"low\"}"));
@@ -108,7 +114,8 @@ static void an_unknown_member_has_a_fix(void **state)
     assert_non_null(strstr(errors.items[0].hint, "max_attempts"));
 }
 
-static void numbers_and_types(void **state)
+static void
+numbers_and_types(void **state)
 {
     static const struct {
         const char *text;
@@ -144,7 +151,8 @@ static void numbers_and_types(void **state)
     }
 }
 
-static void an_example_stands_for_its_scene(void **state)
+static void
+an_example_stands_for_its_scene(void **state)
 {
     (void)state;
     assert_true(read("{\"scene\": {\"$example\": \"smallest\"}}"));
@@ -155,7 +163,8 @@ static void an_example_stands_for_its_scene(void **state)
     assert_string_equal(errors.items[0].hint, "Did you mean 'smallest'?");
 }
 
-static void sixteen_tags_of_64_letters_fit(void **state)
+static void
+sixteen_tags_of_64_letters_fit(void **state)
 {
     struct bytes text = {0};
     char name[65];
@@ -175,7 +184,8 @@ static void sixteen_tags_of_64_letters_fit(void **state)
     bytes_clear(&text);
 }
 
-static void a_job_object_says_everything(void **state)
+static void
+a_job_object_says_everything(void **state)
 {
     struct job job = {
         .id = "job_01JDC8Q4M5XV3ZK7T2N9WB6RHE",
@@ -222,14 +232,16 @@ static void a_job_object_says_everything(void **state)
     bytes_clear(&out);
 }
 
-static int free_arena(void **state)
+static int
+free_arena(void **state)
 {
     (void)state;
     arena_clear(&arena);
     return 0;
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_bare_scene_is_a_job_with_defaults),

@@ -8,7 +8,8 @@
 
 #include "server/api/moment.h"
 
-static void moments_are_read(void **state)
+static void
+moments_are_read(void **state)
 {
     static const struct {
         const char *text;
@@ -31,7 +32,8 @@ static void moments_are_read(void **state)
     }
 }
 
-static void other_texts_are_none(void **state)
+static void
+other_texts_are_none(void **state)
 {
     static const char *const rows[] = {
         "",
@@ -57,7 +59,8 @@ static void other_texts_are_none(void **state)
         assert_false(moment_read(rows[i], &got));
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(moments_are_read),

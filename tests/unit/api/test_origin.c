@@ -8,7 +8,8 @@
 
 #include "server/api/origin.h"
 
-static void hosts_of_this_machine(void **state)
+static void
+hosts_of_this_machine(void **state)
 {
     static const char *const ours[] = {
         "localhost",     "LocalHost:80", "127.0.0.1",  "127.0.0.1:8080",
@@ -45,7 +46,8 @@ static void hosts_of_this_machine(void **state)
     assert_false(host_is_ours("x", ""));
 }
 
-static void origins_are_exact(void **state)
+static void
+origins_are_exact(void **state)
 {
     (void)state;
     assert_true(origin_is_ours(NULL, "127.0.0.1:80"));
@@ -60,7 +62,8 @@ static void origins_are_exact(void **state)
     assert_false(origin_is_ours("http://x", NULL));
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hosts_of_this_machine),

@@ -8,7 +8,8 @@
 
 #include "server/api/prefer.h"
 
-static void prefer_has_wait_and_respond_async(void **state)
+static void
+prefer_has_wait_and_respond_async(void **state)
 {
     static const struct {
         const char *header;
@@ -44,7 +45,8 @@ static void prefer_has_wait_and_respond_async(void **state)
     }
 }
 
-static void accept_takes_what_is_liked_best(void **state)
+static void
+accept_takes_what_is_liked_best(void **state)
 {
     static const char *const types[] = {"image/png", "image/x-exr",
                                         "application/json"};
@@ -79,7 +81,8 @@ static void accept_takes_what_is_liked_best(void **state)
         assert_int_equal(accept_choose(rows[i].header, types, 3), rows[i].want);
 }
 
-static void etags_compare_weakly(void **state)
+static void
+etags_compare_weakly(void **state)
 {
     (void)state;
     assert_true(etag_listed("\"abc\"", "\"abc\""));
@@ -95,7 +98,8 @@ static void etags_compare_weakly(void **state)
     assert_false(etag_listed("W/", "\"abc\""));
 }
 
-static void languages_by_their_first_part(void **state)
+static void
+languages_by_their_first_part(void **state)
 {
     static const char *const codes[] = {"en", "de"};
 
@@ -108,7 +112,8 @@ static void languages_by_their_first_part(void **state)
     assert_int_equal(language_choose("den", codes, 2), 0);
 }
 
-static void words_and_seconds(void **state)
+static void
+words_and_seconds(void **state)
 {
     double seconds = -1;
 
@@ -125,7 +130,8 @@ static void words_and_seconds(void **state)
     assert_false(seconds_read("1000000000000", &seconds));
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(prefer_has_wait_and_respond_async),

@@ -11,8 +11,8 @@
 #include "server/api/excerpt.h"
 #include "server/api/problem.h"
 
-static const struct json *read_back(const struct bytes *text,
-                                    struct arena *arena)
+static const struct json *
+read_back(const struct bytes *text, struct arena *arena)
 {
     struct error_list errors = {.arena = arena};
     const struct json *root =
@@ -22,7 +22,8 @@ static const struct json *read_back(const struct bytes *text,
     return root;
 }
 
-static const char *string_of(const struct json *node, const char *key)
+static const char *
+string_of(const struct json *node, const char *key)
 {
     const struct json *member = json_member(node, key);
 
@@ -31,7 +32,8 @@ static const char *string_of(const struct json *node, const char *key)
     return member->string;
 }
 
-static void every_slug_is_found_again(void **state)
+static void
+every_slug_is_found_again(void **state)
 {
     unsigned kind;
 
@@ -45,7 +47,8 @@ static void every_slug_is_found_again(void **state)
     assert_int_equal(problem_find("nothing"), PROBLEM_COUNT);
 }
 
-static void a_problem_has_its_members(void **state)
+static void
+a_problem_has_its_members(void **state)
 {
     struct arena arena;
     struct error_list errors = {.arena = &arena};
@@ -86,7 +89,8 @@ static void a_problem_has_its_members(void **state)
     arena_clear(&arena);
 }
 
-static void an_error_without_a_place_has_null(void **state)
+static void
+an_error_without_a_place_has_null(void **state)
 {
     struct arena arena;
     struct error_list errors = {.arena = &arena};
@@ -110,8 +114,9 @@ static void an_error_without_a_place_has_null(void **state)
     arena_clear(&arena);
 }
 
-static void check_excerpt(const char *text, uint32_t line, uint32_t column,
-                          size_t offset, const char *want)
+static void
+check_excerpt(const char *text, uint32_t line, uint32_t column, size_t offset,
+              const char *want)
 {
     struct bytes out = {0};
 
@@ -121,7 +126,8 @@ static void check_excerpt(const char *text, uint32_t line, uint32_t column,
     bytes_clear(&out);
 }
 
-static void excerpts_point_at_the_place(void **state)
+static void
+excerpts_point_at_the_place(void **state)
 {
     (void)state;
     check_excerpt("{\n  ]\n}", 2, 3, 4, "  ]\n  ^");
@@ -136,7 +142,8 @@ static void excerpts_point_at_the_place(void **state)
     check_excerpt("", 3, 2, 0, "\n ^");
 }
 
-static void a_long_line_is_cut_around_the_place(void **state)
+static void
+a_long_line_is_cut_around_the_place(void **state)
 {
     char text[401];
     struct bytes out = {0};
@@ -152,7 +159,8 @@ static void a_long_line_is_cut_around_the_place(void **state)
     bytes_clear(&out);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_slug_is_found_again),

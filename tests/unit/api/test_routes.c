@@ -11,13 +11,14 @@
 
 static struct arena arena;
 
-static const struct route *find(const char *method, const char *path,
-                                const char **param, bool *known)
+static const struct route *
+find(const char *method, const char *path, const char **param, bool *known)
 {
     return route_find(method, path, &arena, param, known);
 }
 
-static void paths_find_their_row(void **state)
+static void
+paths_find_their_row(void **state)
 {
     const char *param;
     bool known;
@@ -37,7 +38,8 @@ static void paths_find_their_row(void **state)
     assert_ptr_equal(route->handle, page_form);
 }
 
-static void other_paths_are_unknown(void **state)
+static void
+other_paths_are_unknown(void **state)
 {
     static const char *const rows[] = {
         "",           "//",           "/v1",          "/v1/render/",
@@ -55,7 +57,8 @@ static void other_paths_are_unknown(void **state)
     }
 }
 
-static void a_wrong_method_is_told_the_right_ones(void **state)
+static void
+a_wrong_method_is_told_the_right_ones(void **state)
 {
     const char *param;
     bool known;
@@ -69,7 +72,8 @@ static void a_wrong_method_is_told_the_right_ones(void **state)
     assert_null(find("get", "/livez", &param, &known));
 }
 
-static void near_paths_and_queries(void **state)
+static void
+near_paths_and_queries(void **state)
 {
     const char *param;
     bool known;
@@ -85,14 +89,16 @@ static void near_paths_and_queries(void **state)
     assert_false(route_has_query(route, ""));
 }
 
-static int free_arena(void **state)
+static int
+free_arena(void **state)
 {
     (void)state;
     arena_clear(&arena);
     return 0;
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(paths_find_their_row),

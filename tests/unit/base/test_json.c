@@ -20,8 +20,9 @@ struct reading {
     const struct json *root;
 };
 
-static void begin(struct reading *r, const char *text, size_t len,
-                  const struct json_limits *limits)
+static void
+begin(struct reading *r, const char *text, size_t len,
+      const struct json_limits *limits)
 {
     memset(r, 0, sizeof *r);
     arena_init(&r->arena, 0);
@@ -29,7 +30,8 @@ static void begin(struct reading *r, const char *text, size_t len,
     r->root = json_read(text, len, limits, &r->arena, &r->errors);
 }
 
-static void end(struct reading *r)
+static void
+end(struct reading *r)
 {
     arena_clear(&r->arena);
 }
@@ -41,7 +43,8 @@ struct refusal {
     uint32_t line, column;
 };
 
-static void refused_with_place(void **unused)
+static void
+refused_with_place(void **unused)
 {
     static const struct refusal rows[] = {
         /* syntax */
@@ -140,7 +143,8 @@ static void refused_with_place(void **unused)
     }
 }
 
-static void a_nul_byte_is_refused(void **unused)
+static void
+a_nul_byte_is_refused(void **unused)
 {
     static const char text[] = "[1,\0 2]";
     struct reading r;
@@ -152,7 +156,8 @@ static void a_nul_byte_is_refused(void **unused)
     end(&r);
 }
 
-static void every_prefix_of_a_document_is_refused(void **unused)
+static void
+every_prefix_of_a_document_is_refused(void **unused)
 {
     static const char text[] =
         "{\"a\": [1, -2.5e3, true, null], \"\\u00e9\": {\"b\": \"x\\n\"}}";
@@ -170,7 +175,8 @@ static void every_prefix_of_a_document_is_refused(void **unused)
     }
 }
 
-static void a_tree_has_places_and_values(void **unused)
+static void
+a_tree_has_places_and_values(void **unused)
 {
     static const char text[] = "{\"a\": [1, \"\\u20ac\\n\"],\n"
                                " \"b\": {\"c\": null}, \"d\": -2.5e3}";
@@ -201,7 +207,8 @@ static void a_tree_has_places_and_values(void **unused)
     end(&r);
 }
 
-static void values_are_described(void **unused)
+static void
+values_are_described(void **unused)
 {
     static const char text[] =
         "[{}, [], 3, \"2\", true, null, "
@@ -223,7 +230,8 @@ static void values_are_described(void **unused)
     end(&r);
 }
 
-static void limits_are_limits(void **unused)
+static void
+limits_are_limits(void **unused)
 {
     struct reading r;
     char deep[128];
@@ -256,7 +264,8 @@ static void limits_are_limits(void **unused)
 }
 
 /* What must be cheap, within a generous second each. */
-static void hostile_texts_fail_fast(void **unused)
+static void
+hostile_texts_fail_fast(void **unused)
 {
     size_t len = 8 * 1024 * 1024;
     char *text = malloc(len);
@@ -306,7 +315,8 @@ static void hostile_texts_fail_fast(void **unused)
     free(text);
 }
 
-static void names_are_guessed(void **unused)
+static void
+names_are_guessed(void **unused)
 {
     static const char *const names[] = {"sphere", "plane", "box", "max"};
     (void)unused;
@@ -319,7 +329,8 @@ static void names_are_guessed(void **unused)
 }
 
 /* The n-th allocation fails, wherever in a block it falls. */
-static void memory_may_end_anywhere(void **unused)
+static void
+memory_may_end_anywhere(void **unused)
 {
     static const char text[] =
         "{\"a\": [1, \"two\", {\"three\": [true, null]}], \"b\": \"\\u0034\"}";
@@ -340,7 +351,8 @@ static void memory_may_end_anywhere(void **unused)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refused_with_place),

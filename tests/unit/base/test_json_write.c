@@ -13,7 +13,8 @@
 #include "core/base/json_write.h"
 #include "core/base/utf8.h"
 
-static void members_stand_in_the_order_written(void **unused)
+static void
+members_stand_in_the_order_written(void **unused)
 {
     struct bytes out = {0};
     struct json_writer w = {.out = &out};
@@ -40,7 +41,8 @@ static void members_stand_in_the_order_written(void **unused)
     bytes_clear(&out);
 }
 
-static void bad_bytes_become_replacement_characters(void **unused)
+static void
+bad_bytes_become_replacement_characters(void **unused)
 {
     struct bytes out = {0};
     struct json_writer w = {.out = &out};
@@ -53,7 +55,8 @@ static void bad_bytes_become_replacement_characters(void **unused)
 }
 
 /* Every character, written, read and compared. */
-static void every_character_comes_back(void **unused)
+static void
+every_character_comes_back(void **unused)
 {
     (void)unused;
     for (uint32_t c = 1; c <= 0x10ffff; c += c < 0x3000 ? 1 : 61) {
@@ -79,7 +82,8 @@ static void every_character_comes_back(void **unused)
     }
 }
 
-static void escapes_are_characters(void **unused)
+static void
+escapes_are_characters(void **unused)
 {
     static const char text[] =
         "\"\\\"\\\\\\/\\b\\f\\n\\r\\t\\u00e9\\u20AC\\ud83d\\ude00\"";
@@ -95,7 +99,8 @@ static void escapes_are_characters(void **unused)
     arena_clear(&arena);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(members_stand_in_the_order_written),

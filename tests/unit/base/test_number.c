@@ -18,7 +18,8 @@
 
 static uint64_t state = 88172645463325252u;
 
-static uint64_t random_bits(void)
+static uint64_t
+random_bits(void)
 {
     state ^= state << 13;
     state ^= state >> 7;
@@ -26,7 +27,8 @@ static uint64_t random_bits(void)
     return state;
 }
 
-static double random_double(void)
+static double
+random_double(void)
 {
     double x;
     do {
@@ -37,7 +39,8 @@ static double random_double(void)
 }
 
 /* Significant digits in the text. */
-static int digits(const char *text)
+static int
+digits(const char *text)
 {
     int count = 0, trailing = 0;
     for (; *text != '\0' && *text != 'e'; text++) {
@@ -49,7 +52,8 @@ static int digits(const char *text)
     return count - trailing;
 }
 
-static void check(double x)
+static void
+check(double x)
 {
     char text[NUMBER_SIZE], shorter[64];
     size_t len = number_text(x, text);
@@ -63,7 +67,8 @@ static void check(double x)
         fail_msg("%s reads back, but %s was written", shorter, text);
 }
 
-static void known_numbers_have_known_texts(void **unused)
+static void
+known_numbers_have_known_texts(void **unused)
 {
     static const struct {
         double number;
@@ -95,14 +100,16 @@ static void known_numbers_have_known_texts(void **unused)
     }
 }
 
-static void random_numbers_read_back(void **unused)
+static void
+random_numbers_read_back(void **unused)
 {
     (void)unused;
     for (int i = 0; i < 200000; i++)
         check(random_double());
 }
 
-static void decimals_stay_as_written(void **unused)
+static void
+decimals_stay_as_written(void **unused)
 {
     (void)unused;
     for (int i = 0; i < 200000; i++) {
@@ -116,7 +123,8 @@ static void decimals_stay_as_written(void **unused)
     }
 }
 
-static void powers_of_two_are_shortest(void **unused)
+static void
+powers_of_two_are_shortest(void **unused)
 {
     (void)unused;
     for (int e = -1074; e <= 1023; e++) {
@@ -126,7 +134,8 @@ static void powers_of_two_are_shortest(void **unused)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(known_numbers_have_known_texts),

@@ -36,7 +36,8 @@ static const struct program program = {
     .name = "art", .commands = commands, .command_count = 2, .common = common};
 
 /* Words end with NULL; returns whether they were read. */
-static bool read_words(struct invocation *in, struct error *err, ...)
+static bool
+read_words(struct invocation *in, struct error *err, ...)
 {
     static char words[16][64];
     char *argv[17] = {"art"};
@@ -54,7 +55,8 @@ static bool read_words(struct invocation *in, struct error *err, ...)
     return invocation_read(in, &program, argc, argv, err);
 }
 
-static void reads_every_way_to_write_an_option(void **state)
+static void
+reads_every_way_to_write_an_option(void **state)
 {
     (void)state;
     struct invocation in;
@@ -89,7 +91,8 @@ static void reads_every_way_to_write_an_option(void **state)
     invocation_clear(&in);
 }
 
-static void an_absent_option_has_no_value(void **state)
+static void
+an_absent_option_has_no_value(void **state)
 {
     (void)state;
     struct invocation in;
@@ -113,7 +116,8 @@ static void an_absent_option_has_no_value(void **state)
         invocation_clear(&in);                                                 \
     } while (0)
 
-static void mistakes_are_named(void **state)
+static void
+mistakes_are_named(void **state)
 {
     (void)state;
     REFUSED("there is no command 'pant', did you mean 'paint'?", "pant");
@@ -140,7 +144,8 @@ static void mistakes_are_named(void **state)
     REFUSED("'a' is one argument too many: art version ", "version", "a");
 }
 
-static void numbers_stay_in_range(void **state)
+static void
+numbers_stay_in_range(void **state)
 {
     (void)state;
     static const char *const bad[] = {
@@ -157,7 +162,8 @@ static void numbers_stay_in_range(void **state)
     }
 }
 
-static void help_needs_no_arguments(void **state)
+static void
+help_needs_no_arguments(void **state)
 {
     (void)state;
     struct invocation in;
@@ -166,7 +172,8 @@ static void help_needs_no_arguments(void **state)
     invocation_clear(&in);
 }
 
-static void a_switch_may_come_often(void **state)
+static void
+a_switch_may_come_often(void **state)
 {
     (void)state;
     struct invocation in;
@@ -178,7 +185,8 @@ static void a_switch_may_come_often(void **state)
     invocation_clear(&in);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(reads_every_way_to_write_an_option),

@@ -15,7 +15,8 @@
 
 static char path[] = "/tmp/glint-test-document-XXXXXX";
 
-static void open_text(struct document *document, const char *text)
+static void
+open_text(struct document *document, const char *text)
 {
     struct error err = {0};
     FILE *file = fopen(path, "w");
@@ -26,7 +27,8 @@ static void open_text(struct document *document, const char *text)
     assert_true(document_open(document, path, &err));
 }
 
-static void every_example_is_valid(void **state)
+static void
+every_example_is_valid(void **state)
 {
     (void)state;
     assert_true(example_count >= 7);
@@ -39,7 +41,8 @@ static void every_example_is_valid(void **state)
     }
 }
 
-static void a_job_may_name_an_example(void **state)
+static void
+a_job_may_name_an_example(void **state)
 {
     (void)state;
     struct document d;
@@ -59,7 +62,8 @@ static void a_job_may_name_an_example(void **state)
     document_clear(&d);
 }
 
-static void every_member_of_a_job_is_checked(void **state)
+static void
+every_member_of_a_job_is_checked(void **state)
 {
     (void)state;
     static const struct {
@@ -97,7 +101,8 @@ static void every_member_of_a_job_is_checked(void **state)
     }
 }
 
-static void no_json_is_one_error(void **state)
+static void
+no_json_is_one_error(void **state)
 {
     (void)state;
     struct document d;
@@ -114,7 +119,8 @@ static void no_json_is_one_error(void **state)
     document_clear(&d);
 }
 
-static void errors_of_a_set_name_the_set(void **state)
+static void
+errors_of_a_set_name_the_set(void **state)
 {
     (void)state;
     struct document d;
@@ -135,7 +141,8 @@ static void errors_of_a_set_name_the_set(void **state)
 }
 
 /* What a server gets is a job; where its scene begins is known. */
-static void wraps(const char *text, const char *expected, unsigned lines)
+static void
+wraps(const char *text, const char *expected, unsigned lines)
 {
     struct document d;
     struct bytes job = {0};
@@ -148,7 +155,8 @@ static void wraps(const char *text, const char *expected, unsigned lines)
     document_clear(&d);
 }
 
-static void a_server_gets_a_job(void **state)
+static void
+a_server_gets_a_job(void **state)
 {
     (void)state;
     wraps("{\n \"version\": 1}",
@@ -163,7 +171,8 @@ static void a_server_gets_a_job(void **state)
           "{\"output\": {\"format\":\"exr\"}\n, \"scene\": {}}", 0);
 }
 
-int main(void)
+int
+main(void)
 {
     int fd = mkstemp(path);
     if (fd < 0)

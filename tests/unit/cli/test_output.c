@@ -10,7 +10,8 @@
 
 #include "cli/output.h"
 
-static char *printed(const char *text, const struct finding *finding)
+static char *
+printed(const char *text, const struct finding *finding)
 {
     char *data = NULL;
     size_t len = 0;
@@ -20,15 +21,16 @@ static char *printed(const char *text, const struct finding *finding)
     return data;
 }
 
-static void prints(const char *text, const struct finding *finding,
-                   const char *expected)
+static void
+prints(const char *text, const struct finding *finding, const char *expected)
 {
     char *data = printed(text, finding);
     assert_string_equal(data, expected);
     free(data);
 }
 
-static void looks_as_documented(void **state)
+static void
+looks_as_documented(void **state)
 {
     (void)state;
     struct finding f = {.code = "number.too_small",
@@ -45,7 +47,8 @@ static void looks_as_documented(void **state)
            "   help: a radius is a length\n");
 }
 
-static void a_near_miss_belongs_into_the_sentence(void **state)
+static void
+a_near_miss_belongs_into_the_sentence(void **state)
 {
     (void)state;
     struct finding f = {.code = "property.unknown",
@@ -61,7 +64,8 @@ static void a_near_miss_belongs_into_the_sentence(void **state)
            "      |  ^^^^^^^^\n");
 }
 
-static void warnings_and_places_that_are_missing(void **state)
+static void
+warnings_and_places_that_are_missing(void **state)
 {
     (void)state;
     struct finding f = {.warning = true,
@@ -79,7 +83,8 @@ static void warnings_and_places_that_are_missing(void **state)
            " [type.mismatch]\n    1 | [1]\n      | ^\n");
 }
 
-static void columns_count_characters_and_tabs_stay_tabs(void **state)
+static void
+columns_count_characters_and_tabs_stay_tabs(void **state)
 {
     (void)state;
     struct finding f = {.code = "c", .detail = "d", .line = 1, .column = 8};
@@ -97,7 +102,8 @@ static void columns_count_characters_and_tabs_stay_tabs(void **state)
            "mine.json:1:1: error: d  [c]\n    1 | {\n      | ^\n");
 }
 
-static void places_outside_the_text_print_no_excerpt(void **state)
+static void
+places_outside_the_text_print_no_excerpt(void **state)
 {
     (void)state;
     struct finding f = {.code = "c", .detail = "d", .line = 3, .column = 1};
@@ -113,7 +119,8 @@ static void places_outside_the_text_print_no_excerpt(void **state)
         "mine.json:1:1: error: d  [c]\n    1 | \n      | ^\n");
 }
 
-static void long_lines_are_cut_around_the_caret(void **state)
+static void
+long_lines_are_cut_around_the_caret(void **state)
 {
     (void)state;
     char text[5001];
@@ -130,7 +137,8 @@ static void long_lines_are_cut_around_the_caret(void **state)
     free(data);
 }
 
-static void nothing_printed_moves_a_cursor(void **state)
+static void
+nothing_printed_moves_a_cursor(void **state)
 {
     (void)state;
     struct finding f = {.code = "c\033[2J",
@@ -150,7 +158,8 @@ static void nothing_printed_moves_a_cursor(void **state)
     free(data);
 }
 
-static void amounts_read_well(void **state)
+static void
+amounts_read_well(void **state)
 {
     (void)state;
     static const struct {
@@ -181,7 +190,8 @@ static void amounts_read_well(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(looks_as_documented),

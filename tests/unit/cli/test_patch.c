@@ -10,8 +10,9 @@
 #include "cli/patch.h"
 #include "core/base/json.h"
 
-static void becomes(const char *before, const char *assignment,
-                    const char *after, const char *at)
+static void
+becomes(const char *before, const char *assignment, const char *after,
+        const char *at)
 {
     struct bytes text = {0};
     struct arena arena;
@@ -30,8 +31,9 @@ static void becomes(const char *before, const char *assignment,
     arena_clear(&arena);
 }
 
-static void refused(const char *before, const char *assignment,
-                    enum error_code code, const char *sentence)
+static void
+refused(const char *before, const char *assignment, enum error_code code,
+        const char *sentence)
 {
     struct bytes text = {0};
     struct arena arena;
@@ -47,7 +49,8 @@ static void refused(const char *before, const char *assignment,
     arena_clear(&arena);
 }
 
-static void values_are_replaced(void **state)
+static void
+values_are_replaced(void **state)
 {
     (void)state;
     becomes("{\"a\": 1, \"b\": 2}", "/a=3", "{\"a\": 3, \"b\": 2}", "/a");
@@ -67,7 +70,8 @@ static void values_are_replaced(void **state)
     becomes("{\"\": 1}", "/=2", "{\"\": 2}", "/");
 }
 
-static void missing_members_are_made(void **state)
+static void
+missing_members_are_made(void **state)
 {
     (void)state;
     becomes("{}", "/a=1", "{\"a\": 1}", "/a");
@@ -81,7 +85,8 @@ static void missing_members_are_made(void **state)
     becomes("{\"a\": []}", "/a/-={\"b\": 1}", "{\"a\": [{\"b\": 1}]}", "/a/-");
 }
 
-static void lines_stay_where_they_are(void **state)
+static void
+lines_stay_where_they_are(void **state)
 {
     (void)state;
     becomes("{\n \"a\": [1,\n  2,\n  3],\n \"b\": 4\n}", "/a=5",
@@ -91,7 +96,8 @@ static void lines_stay_where_they_are(void **state)
     becomes("{\n \"a\": 1\n}", "/a=[1,\n2]", "{\n \"a\": [1, 2]\n}", "/a");
 }
 
-static void what_does_not_exist_is_named(void **state)
+static void
+what_does_not_exist_is_named(void **state)
 {
     (void)state;
     refused("{\"a\": [1, 2]}", "/a/2=0", ERROR_NOT_FOUND,
@@ -117,7 +123,8 @@ static void what_does_not_exist_is_named(void **state)
             "'/a~2' is no JSON pointer: after ~ comes 0 or 1");
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(values_are_replaced),

@@ -16,7 +16,8 @@ static const struct progress_facts half = {.stage = "tracing",
                                            .rays_per_second = 42e6,
                                            .seconds_left = 13};
 
-static void looks_as_documented(void **state)
+static void
+looks_as_documented(void **state)
 {
     (void)state;
     char text[PROGRESS_SIZE];
@@ -27,7 +28,8 @@ static void looks_as_documented(void **state)
     assert_string_equal(text, "tracing   53%  42 Mray/s  0:13 left");
 }
 
-static void unknown_facts_are_left_out(void **state)
+static void
+unknown_facts_are_left_out(void **state)
 {
     (void)state;
     char text[PROGRESS_SIZE];
@@ -41,7 +43,8 @@ static void unknown_facts_are_left_out(void **state)
     assert_string_equal(text, "loading  100%  1.5 Mray/s  1:06:40 left");
 }
 
-static void a_line_never_wraps(void **state)
+static void
+a_line_never_wraps(void **state)
 {
     (void)state;
     char text[PROGRESS_SIZE];
@@ -54,7 +57,8 @@ static void a_line_never_wraps(void **state)
     }
 }
 
-static void the_bar_never_falls_and_ends_with_a_newline(void **state)
+static void
+the_bar_never_falls_and_ends_with_a_newline(void **state)
 {
     (void)state;
     char *data = NULL;
@@ -85,7 +89,8 @@ static void the_bar_never_falls_and_ends_with_a_newline(void **state)
     free(data);
 }
 
-static void an_erased_bar_leaves_blanks(void **state)
+static void
+an_erased_bar_leaves_blanks(void **state)
 {
     (void)state;
     char *data = NULL;
@@ -108,7 +113,8 @@ static void an_erased_bar_leaves_blanks(void **state)
     free(data);
 }
 
-static void off_a_terminal_a_line_every_ten_seconds(void **state)
+static void
+off_a_terminal_a_line_every_ten_seconds(void **state)
 {
     (void)state;
     char *data = NULL;
@@ -125,7 +131,8 @@ static void off_a_terminal_a_line_every_ten_seconds(void **state)
     free(data);
 }
 
-static void quiet_and_short_renders_show_nothing(void **state)
+static void
+quiet_and_short_renders_show_nothing(void **state)
 {
     (void)state;
     char *data = NULL;
@@ -144,7 +151,8 @@ static void quiet_and_short_renders_show_nothing(void **state)
     free(data);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(looks_as_documented),

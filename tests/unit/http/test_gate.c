@@ -11,7 +11,8 @@
 #include "server/http/gate.h"
 #include "tests/unit/http/shapes.h"
 
-static unsigned status_of(const struct gate *gate)
+static unsigned
+status_of(const struct gate *gate)
 {
     static const unsigned table[] = {
         [GATE_NONE] = 0,
@@ -23,7 +24,8 @@ static unsigned status_of(const struct gate *gate)
 }
 
 /* Feed in pieces of `step` bytes; false when it was refused. */
-static bool feed(struct gate *gate, const char *text, size_t len, size_t step)
+static bool
+feed(struct gate *gate, const char *text, size_t len, size_t step)
 {
     size_t whole;
     for (size_t i = 0; i < len; i += step) {
@@ -34,7 +36,8 @@ static bool feed(struct gate *gate, const char *text, size_t len, size_t step)
     return true;
 }
 
-static void test_malformed_in_pieces(void **state)
+static void
+test_malformed_in_pieces(void **state)
 {
     (void)state;
     for (size_t i = 0; i < MALFORMED_COUNT; i++) {
@@ -56,7 +59,8 @@ static void test_malformed_in_pieces(void **state)
     }
 }
 
-static void test_wellformed_in_pieces(void **state)
+static void
+test_wellformed_in_pieces(void **state)
 {
     (void)state;
     for (size_t i = 0; i < WELLFORMED_COUNT; i++)
@@ -71,7 +75,8 @@ static void test_wellformed_in_pieces(void **state)
 
 /* Given a good request and a bad one in one piece, then `whole` is the good
  * one's length. */
-static void test_whole(void **state)
+static void
+test_whole(void **state)
 {
     (void)state;
     char text[4096];
@@ -90,7 +95,8 @@ static void test_whole(void **state)
 
 /* A bad byte in the middle of a request that came in an earlier piece leaves
  * nothing whole in this piece. */
-static void test_nothing_whole(void **state)
+static void
+test_nothing_whole(void **state)
 {
     (void)state;
     struct gate gate = {0};
@@ -104,7 +110,8 @@ static void test_nothing_whole(void **state)
 
 /* Any single byte put in place of any byte of a head: the gate answers the
  * same whether it sees the text at once or byte by byte. */
-static void test_one_byte_changed(void **state)
+static void
+test_one_byte_changed(void **state)
 {
     (void)state;
     static const char text[] =
@@ -125,7 +132,8 @@ static void test_one_byte_changed(void **state)
 }
 
 /* Noise made of the bytes that matter never confuses the counters. */
-static void test_noise(void **state)
+static void
+test_noise(void **state)
 {
     (void)state;
     static const char alphabet[] = "GET /HTTP/1.1\r\n\r\nHost:Content-Length: "
@@ -146,7 +154,8 @@ static void test_noise(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_malformed_in_pieces),

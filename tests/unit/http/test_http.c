@@ -38,7 +38,8 @@ struct app {
     int file;
 };
 
-static uint64_t admit(void *user, struct request *request, struct reply *reply)
+static uint64_t
+admit(void *user, struct request *request, struct reply *reply)
 {
     struct app *app = user;
     atomic_fetch_add(&app->admitted, 1);
@@ -54,18 +55,21 @@ static uint64_t admit(void *user, struct request *request, struct reply *reply)
                                                   : 1u << 20;
 }
 
-static void put(struct bytes *out, const char *name, const char *value)
+static void
+put(struct bytes *out, const char *name, const char *value)
 {
     bytes_printf(out, "%s=%s;", name, value);
 }
 
-static bool put_query(void *user, const char *name, const char *value)
+static bool
+put_query(void *user, const char *name, const char *value)
 {
     put(user, name, value);
     return true;
 }
 
-static void answer_query(struct request *request, struct reply *reply)
+static void
+answer_query(struct request *request, struct reply *reply)
 {
     const char *wait = request_query(request, "wait");
     const char *accept = request_header(request, "aCCept");
@@ -75,8 +79,9 @@ static void answer_query(struct request *request, struct reply *reply)
     put(&reply->body, "loopback", request->loopback_peer ? "yes" : "no");
 }
 
-static enum http_verdict handle(void *user, struct request *request,
-                                struct reply *reply, int64_t *park_ms)
+static enum http_verdict
+handle(void *user, struct request *request, struct reply *reply,
+       int64_t *park_ms)
 {
     struct app *app = user;
     atomic_fetch_add(&app->handled, 1);
@@ -113,7 +118,8 @@ static enum http_verdict handle(void *user, struct request *request,
     return HTTP_REPLY;
 }
 
-static void finish(void *user, struct request *request, bool gone)
+static void
+finish(void *user, struct request *request, bool gone)
 {
     struct app *app = user;
     free(request->state);
@@ -123,8 +129,9 @@ static void finish(void *user, struct request *request, bool gone)
         atomic_fetch_add(&app->gone, 1);
 }
 
-static void refuse(void *user, struct request *request, struct reply *reply,
-                   enum http_refusal why, const char *detail)
+static void
+refuse(void *user, struct request *request, struct reply *reply,
+       enum http_refusal why, const char *detail)
 {
     (void)user;
     static const unsigned status[] = {
@@ -137,7 +144,8 @@ static void refuse(void *user, struct request *request, struct reply *reply,
     bytes_printf(&reply->body, "{\"detail\":\"%s\"}", detail);
 }
 
-static void start(struct app *app, struct http_options options)
+static void
+start(struct app *app, struct http_options options)
 {
     struct error err = {0};
     struct http_handler handler = {.app = app,
@@ -154,7 +162,8 @@ static void start(struct app *app, struct http_options options)
 }
 
 /* Every request that was admitted is finished, once. */
-static void stop(struct app *app)
+static void
+stop(struct app *app)
 {
     http_stop(app->http);
     assert_int_equal(atomic_load(&app->admitted), atomic_load(&app->finished));
@@ -162,7 +171,8 @@ static void stop(struct app *app)
 
 /* --- a client made of sockets --- */
 
-static int dial(const struct app *app)
+static int
+dial(const struct app *app)
 {
     struct sockaddr_in address = {.sin_family = AF_INET,
                                   .sin_port = htons(http_port(app->http)),
@@ -178,7 +188,8 @@ static int dial(const struct app *app)
     return fd;
 }
 
-static bool say(int fd, const char *text, size_t len)
+static bool
+say(int fd, const char *text, size_t len)
 {
     while (len > 0) {
         ssize_t n = send(fd, text, len, MSG_NOSIGNAL);
@@ -199,7 +210,8 @@ struct answer {
     size_t body_len; /* as announced; only the first 8 KiB are kept */
 };
 
-static bool hear_head(int fd, struct answer *answer)
+static bool
+hear_head(int fd, struct answer *answer)
 {
     size_t len = 0;
     while (len < sizeof answer->head - 1) {
@@ -213,7 +225,8 @@ static bool hear_head(int fd, struct answer *answer)
     return false;
 }
 
-static const char *header(const struct answer *answer, const char *name)
+static const char *
+header(const struct answer *answer, const char *name)
 {
     static char value[512];
     char pattern[64];
@@ -226,7 +239,8 @@ static const char *header(const struct answer *answer, const char *name)
     return value;
 }
 
-static struct answer hear(int fd, bool body)
+static struct answer
+hear(int fd, bool body)
 {
     struct answer answer = {0};
     if (!hear_head(fd, &answer)) {
@@ -251,13 +265,15 @@ static struct answer hear(int fd, bool body)
 }
 
 /* The other side has closed, and not by a reset. */
-static bool closed(int fd)
+static bool
+closed(int fd)
 {
     char byte;
     return read(fd, &byte, 1) == 0;
 }
 
-static struct answer ask(const struct app *app, const char *text, size_t len)
+static struct answer
+ask(const struct app *app, const char *text, size_t len)
 {
     int fd = dial(app);
     say(fd, text, len);
@@ -268,7 +284,8 @@ static struct answer ask(const struct app *app, const char *text, size_t len)
 
 #define ASK(app, text) ask(app, text, sizeof text - 1)
 
-static bool wait_for(atomic_uint *counter, unsigned value, int64_t ms)
+static bool
+wait_for(atomic_uint *counter, unsigned value, int64_t ms)
 {
     int64_t end = clock_monotonic_us() + ms * 1000;
     while (atomic_load(counter) < value) {
@@ -281,7 +298,8 @@ static bool wait_for(atomic_uint *counter, unsigned value, int64_t ms)
 
 /* --- tests --- */
 
-static void test_malformed(void **state)
+static void
+test_malformed(void **state)
 {
     (void)state;
     struct app app;
@@ -309,7 +327,8 @@ static void test_malformed(void **state)
 
 /* A good request, then a malformed one in the same packet, or cut at any
  * place: the good one is answered, the other one refused. */
-static void test_malformed_in_a_pipeline(void **state)
+static void
+test_malformed_in_a_pipeline(void **state)
 {
     (void)state;
     struct app app;
@@ -343,7 +362,8 @@ static void test_malformed_in_a_pipeline(void **state)
 }
 
 /* The first one is parked when the malformed one is found behind it. */
-static void test_malformed_behind_a_parked_one(void **state)
+static void
+test_malformed_behind_a_parked_one(void **state)
 {
     (void)state;
     struct app app;
@@ -363,7 +383,8 @@ static void test_malformed_behind_a_parked_one(void **state)
     stop(&app);
 }
 
-static void test_wellformed(void **state)
+static void
+test_wellformed(void **state)
 {
     (void)state;
     struct app app;
@@ -382,7 +403,8 @@ static void test_wellformed(void **state)
     stop(&app);
 }
 
-static void test_keep_alive(void **state)
+static void
+test_keep_alive(void **state)
 {
     (void)state;
     struct app app;
@@ -397,7 +419,8 @@ static void test_keep_alive(void **state)
     stop(&app);
 }
 
-static void test_pipeline(void **state)
+static void
+test_pipeline(void **state)
 {
     (void)state;
     enum { N = 300 };
@@ -420,7 +443,8 @@ static void test_pipeline(void **state)
     stop(&app);
 }
 
-static void test_methods(void **state)
+static void
+test_methods(void **state)
 {
     (void)state;
     struct app app;
@@ -445,7 +469,8 @@ static void test_methods(void **state)
     stop(&app);
 }
 
-static void test_query_and_headers(void **state)
+static void
+test_query_and_headers(void **state)
 {
     (void)state;
     struct app app;
@@ -462,8 +487,9 @@ static void test_query_and_headers(void **state)
 
 /* --- bodies --- */
 
-static struct answer post(const struct app *app, const char *path,
-                          const char *headers, size_t announced, size_t sent)
+static struct answer
+post(const struct app *app, const char *path, const char *headers,
+     size_t announced, size_t sent)
 {
     struct bytes text = {0};
     bytes_printf(&text,
@@ -479,7 +505,8 @@ static struct answer post(const struct app *app, const char *path,
     return answer;
 }
 
-static void test_body_limits(void **state)
+static void
+test_body_limits(void **state)
 {
     (void)state;
     struct app app;
@@ -506,7 +533,8 @@ static void test_body_limits(void **state)
 }
 
 /* Nobody said how long it will be. */
-static void test_chunked_limit(void **state)
+static void
+test_chunked_limit(void **state)
 {
     (void)state;
     struct app app;
@@ -531,7 +559,8 @@ static void test_chunked_limit(void **state)
     stop(&app);
 }
 
-static void test_refused_before_the_body(void **state)
+static void
+test_refused_before_the_body(void **state)
 {
     (void)state;
     struct app app;
@@ -551,7 +580,8 @@ static void test_refused_before_the_body(void **state)
     stop(&app);
 }
 
-static void test_continue(void **state)
+static void
+test_continue(void **state)
 {
     (void)state;
     struct app app;
@@ -582,7 +612,8 @@ static void test_continue(void **state)
     stop(&app);
 }
 
-static void test_bodies_budget(void **state)
+static void
+test_bodies_budget(void **state)
 {
     (void)state;
     struct app app;
@@ -609,7 +640,8 @@ static void test_bodies_budget(void **state)
 }
 
 /* A body that hangs up in the middle: finished, and gone. */
-static void test_half_a_body(void **state)
+static void
+test_half_a_body(void **state)
 {
     (void)state;
     struct app app;
@@ -626,7 +658,8 @@ static void test_half_a_body(void **state)
 /* --- deadlines --- */
 
 /* One byte each 50 ms never looks idle, and is late all the same. */
-static void test_drip(void **state)
+static void
+test_drip(void **state)
 {
     (void)state;
     static const char *const heads[] = {
@@ -654,7 +687,8 @@ static void test_drip(void **state)
     stop(&app);
 }
 
-static void test_silence(void **state)
+static void
+test_silence(void **state)
 {
     (void)state;
     struct app app;
@@ -685,7 +719,8 @@ static void test_silence(void **state)
 
 /* --- parks --- */
 
-static void test_park(void **state)
+static void
+test_park(void **state)
 {
     (void)state;
     struct app app;
@@ -713,7 +748,8 @@ static void test_park(void **state)
 }
 
 /* A wake between handler and park, thousands of times. */
-static void test_wake_before_park(void **state)
+static void
+test_wake_before_park(void **state)
 {
     (void)state;
     struct app app;
@@ -727,7 +763,8 @@ static void test_wake_before_park(void **state)
     stop(&app);
 }
 
-static void *waker(void *user)
+static void *
+waker(void *user)
 {
     struct app *app = user;
     uint64_t last = 0;
@@ -741,7 +778,8 @@ static void *waker(void *user)
 }
 
 /* The same from another thread, as the store and the pool do it. */
-static void test_wake_race(void **state)
+static void
+test_wake_race(void **state)
 {
     (void)state;
     struct app app;
@@ -759,7 +797,8 @@ static void test_wake_race(void **state)
     stop(&app);
 }
 
-static void test_hang_up_while_parked(void **state)
+static void
+test_hang_up_while_parked(void **state)
 {
     (void)state;
     struct app app;
@@ -782,7 +821,8 @@ static void test_hang_up_while_parked(void **state)
     stop(&app);
 }
 
-static void test_many_parked(void **state)
+static void
+test_many_parked(void **state)
 {
     (void)state;
     enum { N = 400 };
@@ -814,7 +854,8 @@ static void test_many_parked(void **state)
     stop(&app);
 }
 
-static void test_stop_while_parked(void **state)
+static void
+test_stop_while_parked(void **state)
 {
     (void)state;
     struct app app;
@@ -836,7 +877,8 @@ static void test_stop_while_parked(void **state)
 
 /* --- many at once --- */
 
-static void soak(unsigned clients, unsigned rounds)
+static void
+soak(unsigned clients, unsigned rounds)
 {
     struct app app;
     int *fds = calloc(clients, sizeof *fds);
@@ -857,7 +899,8 @@ static void soak(unsigned clients, unsigned rounds)
 }
 
 /* 128 ready sockets are where the library's other mode stalls. */
-static void test_soak(void **state)
+static void
+test_soak(void **state)
 {
     (void)state;
     soak(127, 20);
@@ -867,7 +910,8 @@ static void test_soak(void **state)
 }
 
 /* Over the limit they wait in the backlog, and have their turn later. */
-static void test_max_connections(void **state)
+static void
+test_max_connections(void **state)
 {
     (void)state;
     struct app app;
@@ -890,14 +934,16 @@ static void test_max_connections(void **state)
 
 /* --- files --- */
 
-static struct answer get_file(const struct app *app, const char *headers)
+static struct answer
+get_file(const struct app *app, const char *headers)
 {
     char text[256];
     snprintf(text, sizeof text, "GET /file HTTP/1.1\r\n" H "%s\r\n", headers);
     return ask(app, text, strlen(text));
 }
 
-static void test_files(void **state)
+static void
+test_files(void **state)
 {
     (void)state;
     struct app app;
@@ -936,7 +982,8 @@ static void test_files(void **state)
     close(app.file);
 }
 
-static void test_start_errors(void **state)
+static void
+test_start_errors(void **state)
 {
     (void)state;
     struct app app;
@@ -957,7 +1004,8 @@ static void test_start_errors(void **state)
     assert_non_null(strstr(err.text, "example.org"));
 }
 
-int main(int argc, char **argv)
+int
+main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_malformed),

@@ -8,7 +8,8 @@
 
 #include "server/http/range.h"
 
-static void test_table(void **state)
+static void
+test_table(void **state)
 {
     (void)state;
     static const struct {
@@ -53,7 +54,8 @@ static void test_table(void **state)
     }
 }
 
-static void test_empty_file(void **state)
+static void
+test_empty_file(void **state)
 {
     (void)state;
     uint64_t first, last;
@@ -61,7 +63,8 @@ static void test_empty_file(void **state)
     assert_int_equal(range_read("bytes=-5", 0, &first, &last), RANGE_NONE);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_table),

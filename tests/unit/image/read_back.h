@@ -23,12 +23,15 @@ struct picture {
 };
 
 /* False, with a line on standard error, if the bytes are no such file. */
-bool read_back(const char *format, const void *bytes, size_t len,
-               struct picture *picture);
-void picture_clear(struct picture *picture);
+bool
+read_back(const char *format, const void *bytes, size_t len,
+          struct picture *picture);
+void
+picture_clear(struct picture *picture);
 
 /* Index of a channel, or -1. */
-int picture_channel(const struct picture *picture, const char *name);
+int
+picture_channel(const struct picture *picture, const char *name);
 
 #ifdef __cplusplus
 }

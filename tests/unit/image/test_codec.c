@@ -15,8 +15,8 @@
 
 enum { WIDTH = 7, HEIGHT = 5, PIXELS = WIDTH * HEIGHT };
 
-static struct image image_of(enum image_sample sample, uint32_t channels,
-                             const char *const *names)
+static struct image
+image_of(enum image_sample sample, uint32_t channels, const char *const *names)
 {
     struct image image = {.width = WIDTH,
                           .height = HEIGHT,
@@ -31,9 +31,9 @@ static struct image image_of(enum image_sample sample, uint32_t channels,
 static const char *const rgb[] = {"R", "G", "B"};
 static const char *const grey[] = {"depth.V"};
 
-static void png_round_trip(enum image_sample sample, uint32_t channels,
-                           const char *const *names,
-                           const char *expected_sample)
+static void
+png_round_trip(enum image_sample sample, uint32_t channels,
+               const char *const *names, const char *expected_sample)
 {
     struct image image = image_of(sample, channels, names);
     uint32_t top = sample == IMAGE_UINT8 ? 255 : 65535;
@@ -64,7 +64,8 @@ static void png_round_trip(enum image_sample sample, uint32_t channels,
     image_clear(&image);
 }
 
-static void png_holds_each_whole_number(void **state)
+static void
+png_holds_each_whole_number(void **state)
 {
     (void)state;
     png_round_trip(IMAGE_UINT8, 3, rgb, "uint8");
@@ -80,8 +81,8 @@ static const char manifest[] =
     "[{\"layer\":\"beauty\",\"channels\":[\"R\",\"G\",\"B\"],\"kind\":"
     "\"color\"}]";
 
-static void exr_round_trip(enum image_sample sample,
-                           const char *expected_sample)
+static void
+exr_round_trip(enum image_sample sample, const char *expected_sample)
 {
     struct image image = image_of(sample, 11, all_names);
     for (uint32_t i = 0; i < PIXELS * 11; i++)
@@ -116,14 +117,16 @@ static void exr_round_trip(enum image_sample sample,
     image_clear(&image);
 }
 
-static void exr_holds_named_layers_exactly(void **state)
+static void
+exr_holds_named_layers_exactly(void **state)
 {
     (void)state;
     exr_round_trip(IMAGE_FLOAT, "float");
     exr_round_trip(IMAGE_HALF, "half");
 }
 
-static void the_same_image_gives_the_same_bytes(void **state)
+static void
+the_same_image_gives_the_same_bytes(void **state)
 {
     (void)state;
     struct image image = image_of(IMAGE_FLOAT, 3, rgb);
@@ -140,7 +143,8 @@ static void the_same_image_gives_the_same_bytes(void **state)
     image_clear(&image);
 }
 
-static void bytes_are_appended(void **state)
+static void
+bytes_are_appended(void **state)
 {
     (void)state;
     struct image image = image_of(IMAGE_UINT8, 3, rgb);
@@ -152,7 +156,8 @@ static void bytes_are_appended(void **state)
     image_clear(&image);
 }
 
-static void what_a_format_cannot_hold_is_refused(void **state)
+static void
+what_a_format_cannot_hold_is_refused(void **state)
 {
     (void)state;
     struct image image = image_of(IMAGE_FLOAT, 3, rgb);
@@ -174,7 +179,8 @@ static void what_a_format_cannot_hold_is_refused(void **state)
     image_clear(&image);
 }
 
-static void loading_again_is_harmless(void **state)
+static void
+loading_again_is_harmless(void **state)
 {
     (void)state;
     image_codec_load();
@@ -184,7 +190,8 @@ static void loading_again_is_harmless(void **state)
     assert_true(image_codec_settled());
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(loading_again_is_harmless),

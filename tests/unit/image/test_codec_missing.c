@@ -10,7 +10,8 @@
 
 #include "core/image/image.h"
 
-static void a_missing_module_is_an_error_that_names_it(void **state)
+static void
+a_missing_module_is_an_error_that_names_it(void **state)
 {
     (void)state;
     setenv("GLINT_IMAGE_MODULE", "/nonexistent/glint-image.so", 1);
@@ -30,7 +31,8 @@ static void a_missing_module_is_an_error_that_names_it(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_missing_module_is_an_error_that_names_it),

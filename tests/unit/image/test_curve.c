@@ -11,34 +11,39 @@
 
 #include "core/image/curve.h"
 
-static long double reference(double v)
+static long double
+reference(double v)
 {
     if (v <= 0.0031308)
         return 12.92L * v;
     return 1.055L * powl(v, 1 / 2.4L) - 0.055L;
 }
 
-static float float_of(uint32_t bits)
+static float
+float_of(uint32_t bits)
 {
     float v;
     memcpy(&v, &bits, sizeof v);
     return v;
 }
 
-static uint32_t bits_of(float v)
+static uint32_t
+bits_of(float v)
 {
     uint32_t bits;
     memcpy(&bits, &v, sizeof bits);
     return bits;
 }
 
-static unsigned exact(unsigned levels, float v)
+static unsigned
+exact(unsigned levels, float v)
 {
     return (unsigned)floorl(levels * reference(v) + 0.5L);
 }
 
 /* Every 61st of the thousand million floats in 0...1. */
-static void both_depths_equal_the_formula_on_a_dense_set(void **state)
+static void
+both_depths_equal_the_formula_on_a_dense_set(void **state)
 {
     (void)state;
     static struct curve8 table;
@@ -61,7 +66,8 @@ static void both_depths_equal_the_formula_on_a_dense_set(void **state)
 }
 
 /* The floats around each step, where a small error would show. */
-static void each_edge_is_the_least_float_of_its_value(void **state)
+static void
+each_edge_is_the_least_float_of_its_value(void **state)
 {
     (void)state;
     static struct curve8 table;
@@ -77,7 +83,8 @@ static void each_edge_is_the_least_float_of_its_value(void **state)
     }
 }
 
-static void sixteen_bit_steps_are_exact_on_both_sides(void **state)
+static void
+sixteen_bit_steps_are_exact_on_both_sides(void **state)
 {
     (void)state;
     for (unsigned k = 1; k < 65536; k++) {
@@ -98,7 +105,8 @@ static void sixteen_bit_steps_are_exact_on_both_sides(void **state)
     }
 }
 
-static void the_curve_is_exact_to_fifteen_digits(void **state)
+static void
+the_curve_is_exact_to_fifteen_digits(void **state)
 {
     (void)state;
     long double worst = 0;
@@ -111,7 +119,8 @@ static void the_curve_is_exact_to_fifteen_digits(void **state)
         fail_msg("relative error %.3Lg", worst);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(both_depths_equal_the_formula_on_a_dense_set),

@@ -12,8 +12,9 @@
 #include "core/image/develop.h"
 
 /* A film of `count` pixels in one row with one layer, filled from `values`. */
-static struct film film_of(enum layer layer, unsigned channels,
-                           const float *values, uint32_t count)
+static struct film
+film_of(enum layer layer, unsigned channels, const float *values,
+        uint32_t count)
 {
     struct film film = {.width = count, .height = 1};
     size_t size = (size_t)count * channels * sizeof(float);
@@ -22,14 +23,15 @@ static struct film film_of(enum layer layer, unsigned channels,
     return film;
 }
 
-static void film_free(struct film *film)
+static void
+film_free(struct film *film)
 {
     for (int i = 0; i < LAYER_COUNT; i++)
         free(film->layers[i]);
 }
 
-static struct output png_of(enum layer layer, enum bit_depth depth,
-                            enum color_space space)
+static struct output
+png_of(enum layer layer, enum bit_depth depth, enum color_space space)
 {
     return (struct output){.format = OUTPUT_PNG,
                            .layers = {layer},
@@ -39,9 +41,9 @@ static struct output png_of(enum layer layer, enum bit_depth depth,
 }
 
 /* Develop beauty values as grey triples and compare the first channel. */
-static void expect_beauty(enum bit_depth depth, enum color_space space,
-                          const float *values, const float *expected,
-                          uint32_t count)
+static void
+expect_beauty(enum bit_depth depth, enum color_space space, const float *values,
+              const float *expected, uint32_t count)
 {
     float triples[64 * 3];
     for (uint32_t i = 0; i < count * 3; i++)
@@ -64,7 +66,8 @@ static void expect_beauty(enum bit_depth depth, enum color_space space,
     film_free(&film);
 }
 
-static void linear_bytes_round_half_up_and_clamp(void **state)
+static void
+linear_bytes_round_half_up_and_clamp(void **state)
 {
     (void)state;
     /* 0.5/255 in float is a hair under or over the step: both sides by name. */
@@ -87,7 +90,8 @@ static void linear_bytes_round_half_up_and_clamp(void **state)
     expect_beauty(DEPTH_UINT8, COLOR_LINEAR, values, expected, 14);
 }
 
-static void every_byte_survives_the_way_there_and_back(void **state)
+static void
+every_byte_survives_the_way_there_and_back(void **state)
 {
     (void)state;
     for (uint32_t k = 0; k < 65536; k += 64) {
@@ -100,7 +104,8 @@ static void every_byte_survives_the_way_there_and_back(void **state)
     }
 }
 
-static void srgb_is_applied_before_quantising(void **state)
+static void
+srgb_is_applied_before_quantising(void **state)
 {
     (void)state;
     /* 0.5 -> 0.735357; 0.18 -> 0.461356; 0.001 -> 0.01292 */
@@ -111,7 +116,8 @@ static void srgb_is_applied_before_quantising(void **state)
     expect_beauty(DEPTH_UINT16, COLOR_SRGB, values, words, 8);
 }
 
-static void only_srgb_colours_say_srgb(void **state)
+static void
+only_srgb_colours_say_srgb(void **state)
 {
     (void)state;
     float values[3] = {0.5F, 0.5F, 0.5F};
@@ -133,7 +139,8 @@ static void only_srgb_colours_say_srgb(void **state)
     film_free(&film);
 }
 
-static void normals_are_halved_and_lifted(void **state)
+static void
+normals_are_halved_and_lifted(void **state)
 {
     (void)state;
     float normals[] = {-1, 0, 1, 0, 0, 0};
@@ -147,7 +154,8 @@ static void normals_are_halved_and_lifted(void **state)
     film_free(&film);
 }
 
-static void depth_is_scaled_by_the_farthest_hit(void **state)
+static void
+depth_is_scaled_by_the_farthest_hit(void **state)
 {
     (void)state;
     float depth[] = {2, 4, INFINITY, 1, NAN};
@@ -169,7 +177,8 @@ static void depth_is_scaled_by_the_farthest_hit(void **state)
     film_free(&film);
 }
 
-static void exr_keeps_every_bit_in_the_order_asked(void **state)
+static void
+exr_keeps_every_bit_in_the_order_asked(void **state)
 {
     (void)state;
     float beauty[] = {1, -2, 1e30F, 4, 5, NAN};
@@ -198,7 +207,8 @@ static void exr_keeps_every_bit_in_the_order_asked(void **state)
     film_free(&film);
 }
 
-static void a_layer_the_film_lacks_is_refused_by_name(void **state)
+static void
+a_layer_the_film_lacks_is_refused_by_name(void **state)
 {
     (void)state;
     float beauty[] = {1, 2, 3};
@@ -213,7 +223,8 @@ static void a_layer_the_film_lacks_is_refused_by_name(void **state)
     film_free(&film);
 }
 
-static void too_many_pixels_are_an_error_and_no_crash(void **state)
+static void
+too_many_pixels_are_an_error_and_no_crash(void **state)
 {
     (void)state;
     float beauty[] = {1, 2, 3};
@@ -227,7 +238,8 @@ static void too_many_pixels_are_an_error_and_no_crash(void **state)
     film_free(&film);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(linear_bytes_round_half_up_and_clamp),

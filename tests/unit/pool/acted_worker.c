@@ -25,13 +25,15 @@
 
 enum { SOCKET = 3 };
 
-static void nap(void)
+static void
+nap(void)
 {
     struct timespec time = {0, 20 * 1000 * 1000};
     nanosleep(&time, NULL);
 }
 
-static void say_ready(bool stranger)
+static void
+say_ready(bool stranger)
 {
     struct message message = {.kind = MESSAGE_READY};
     struct message_ready *ready = &message.body.ready;
@@ -44,7 +46,8 @@ static void say_ready(bool stranger)
     wire_send(SOCKET, &message, NULL);
 }
 
-static void say_done(uint32_t ask, int fd)
+static void
+say_done(uint32_t ask, int fd)
 {
     struct message message = {.kind = MESSAGE_DONE, .ask = ask, .fd_count = 1};
     message.fds[0] = fd;
@@ -54,7 +57,8 @@ static void say_done(uint32_t ask, int fd)
     wire_send(SOCKET, &message, NULL);
 }
 
-static void say_failed(uint32_t ask, enum error_code code)
+static void
+say_failed(uint32_t ask, enum error_code code)
 {
     struct message message = {.kind = MESSAGE_FAILED, .ask = ask};
     message.body.failed.code = code;
@@ -63,7 +67,8 @@ static void say_failed(uint32_t ask, enum error_code code)
     wire_send(SOCKET, &message, NULL);
 }
 
-static void work(uint32_t ask, bool talks, bool hears)
+static void
+work(uint32_t ask, bool talks, bool hears)
 {
     for (uint32_t i = 0;; i++, nap()) {
         struct message message = {0};
@@ -90,7 +95,8 @@ static void work(uint32_t ask, bool talks, bool hears)
 }
 
 /* Straight from the kernel: a sanitizer's malloc would rather abort. */
-static void hog(uint32_t ask)
+static void
+hog(uint32_t ask)
 {
     for (size_t i = 0; i < 4096; i++) {
         char *chunk = mmap(NULL, 1 << 20, PROT_READ | PROT_WRITE,
@@ -104,7 +110,8 @@ static void hog(uint32_t ask)
     say_failed(ask, ERROR_INTERNAL); /* 4 GiB and no limit met */
 }
 
-static void act(const char *part, uint32_t ask)
+static void
+act(const char *part, uint32_t ask)
 {
     int image = wire_memfd("image", part, strlen(part), NULL);
     int ends[2];
@@ -143,7 +150,8 @@ static void act(const char *part, uint32_t ask)
     close(image);
 }
 
-int main(int argc, char **argv)
+int
+main(int argc, char **argv)
 {
     (void)argc;
     const char *name = strrchr(argv[0], '_');

@@ -18,19 +18,22 @@
 
 #include "core/base/clock.h"
 
-int64_t rig_now_ms(void)
+int64_t
+rig_now_ms(void)
 {
     return clock_monotonic_us() / 1000;
 }
 
-void rig_sleep_ms(int64_t ms)
+void
+rig_sleep_ms(int64_t ms)
 {
     struct timespec time = {ms / 1000, ms % 1000 * 1000000};
     nanosleep(&time, NULL);
 }
 
 /* As main.c does it. */
-static void on_change(void *user, const struct job *job, bool deleted)
+static void
+on_change(void *user, const struct job *job, bool deleted)
 {
     struct rig *rig = user;
     struct pool *pool = atomic_load(&rig->pool);
@@ -41,7 +44,8 @@ static void on_change(void *user, const struct job *job, bool deleted)
         pool_forget_blob(pool, job->result);
 }
 
-void rig_start_pool(struct rig *rig)
+void
+rig_start_pool(struct rig *rig)
 {
     struct error err = {0};
     atomic_store(&rig->pool, pool_start(&rig->options, &err));
@@ -49,7 +53,8 @@ void rig_start_pool(struct rig *rig)
         fail_msg("pool_start: %s", err.text);
 }
 
-void rig_open(struct rig *rig, struct pool_options options)
+void
+rig_open(struct rig *rig, struct pool_options options)
 {
     *rig = (struct rig){0};
     snprintf(rig->folder, sizeof rig->folder, "/tmp/glint-pool-XXXXXX");
@@ -78,7 +83,8 @@ void rig_open(struct rig *rig, struct pool_options options)
     rig_start_pool(rig);
 }
 
-void rig_stop_pool(struct rig *rig, int64_t grace_ms)
+void
+rig_stop_pool(struct rig *rig, int64_t grace_ms)
 {
     struct pool *pool = atomic_load(&rig->pool);
     if (pool == NULL)
@@ -96,8 +102,9 @@ void rig_stop_pool(struct rig *rig, int64_t grace_ms)
     pool_stop(pool, 0);
 }
 
-static int remove_one(const char *path, const struct stat *about, int kind,
-                      struct FTW *walk)
+static int
+remove_one(const char *path, const struct stat *about, int kind,
+           struct FTW *walk)
 {
     (void)about;
     (void)kind;
@@ -105,7 +112,8 @@ static int remove_one(const char *path, const struct stat *about, int kind,
     return remove(path);
 }
 
-void rig_close(struct rig *rig)
+void
+rig_close(struct rig *rig)
 {
     rig_stop_pool(rig, 0);
     store_close(rig->store);
@@ -122,7 +130,8 @@ struct waiter {
     struct error err;
 };
 
-static void on_done(void *user, const struct job *job, const struct error *err)
+static void
+on_done(void *user, const struct job *job, const struct error *err)
 {
     (void)job;
     struct waiter *waiter = user;
@@ -130,7 +139,8 @@ static void on_done(void *user, const struct job *job, const struct error *err)
     atomic_store(&waiter->state, err->code == ERROR_NONE ? 1 : 2);
 }
 
-static void wait_done(struct waiter *waiter)
+static void
+wait_done(struct waiter *waiter)
 {
     while (atomic_load(&waiter->state) == 0)
         rig_sleep_ms(1);
@@ -138,8 +148,9 @@ static void wait_done(struct waiter *waiter)
         fail_msg("store: %s", waiter->err.text);
 }
 
-void rig_submit(struct rig *rig, const char *scene, unsigned max_attempts,
-                char id[ID_SIZE])
+void
+rig_submit(struct rig *rig, const char *scene, unsigned max_attempts,
+           char id[ID_SIZE])
 {
     struct job job = {.max_attempts = max_attempts,
                       .priority = PRIORITY_NORMAL,
@@ -155,21 +166,24 @@ void rig_submit(struct rig *rig, const char *scene, unsigned max_attempts,
     wait_done(&waiter);
 }
 
-void rig_cancel(struct rig *rig, const char *id)
+void
+rig_cancel(struct rig *rig, const char *id)
 {
     struct waiter waiter = {0};
     assert_true(store_cancel(rig->store, id, on_done, &waiter, NULL));
     wait_done(&waiter);
 }
 
-void rig_delete(struct rig *rig, const char *id)
+void
+rig_delete(struct rig *rig, const char *id)
 {
     struct waiter waiter = {0};
     assert_true(store_delete(rig->store, id, on_done, &waiter, NULL));
     wait_done(&waiter);
 }
 
-struct job rig_get(struct rig *rig, const char *id)
+struct job
+rig_get(struct rig *rig, const char *id)
 {
     struct job job;
     struct error err = {0};
@@ -178,8 +192,8 @@ struct job rig_get(struct rig *rig, const char *id)
     return job;
 }
 
-struct job rig_wait(struct rig *rig, const char *id, enum job_state state,
-                    int64_t ms)
+struct job
+rig_wait(struct rig *rig, const char *id, enum job_state state, int64_t ms)
 {
     int64_t end = rig_now_ms() + ms;
     for (;;) {
@@ -198,7 +212,8 @@ struct job rig_wait(struct rig *rig, const char *id, enum job_state state,
     }
 }
 
-void rig_wait_tracing(struct rig *rig, const char *id)
+void
+rig_wait_tracing(struct rig *rig, const char *id)
 {
     for (int64_t end = rig_now_ms() + 30000;;) {
         struct job job = rig_get(rig, id);
@@ -214,14 +229,16 @@ void rig_wait_tracing(struct rig *rig, const char *id)
 
 /* --- workers --- */
 
-struct pool_status rig_status(struct rig *rig)
+struct pool_status
+rig_status(struct rig *rig)
 {
     struct pool_status status;
     pool_status(atomic_load(&rig->pool), &status);
     return status;
 }
 
-void rig_wait_ready(struct rig *rig, unsigned count, int64_t ms)
+void
+rig_wait_ready(struct rig *rig, unsigned count, int64_t ms)
 {
     int64_t end = rig_now_ms() + ms;
     while (rig_status(rig).ready < count) {
@@ -232,7 +249,8 @@ void rig_wait_ready(struct rig *rig, unsigned count, int64_t ms)
     }
 }
 
-unsigned rig_workers(pid_t *pids, unsigned max)
+unsigned
+rig_workers(pid_t *pids, unsigned max)
 {
     unsigned count = 0;
     DIR *proc = opendir("/proc");
@@ -260,7 +278,8 @@ unsigned rig_workers(pid_t *pids, unsigned max)
     return count;
 }
 
-void rig_signal_workers(int number)
+void
+rig_signal_workers(int number)
 {
     pid_t pids[16];
     unsigned count = rig_workers(pids, 16);
@@ -268,7 +287,8 @@ void rig_signal_workers(int number)
         kill(pids[i], number);
 }
 
-bool rig_has_blob(struct rig *rig, const char *sha256)
+bool
+rig_has_blob(struct rig *rig, const char *sha256)
 {
     uint64_t len;
     int fd = blobs_get(rig->blobs, sha256, &len, NULL);

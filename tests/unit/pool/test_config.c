@@ -28,7 +28,8 @@ static char errors[TEXT_SIZE]; /* standard error */
 static struct config config;
 static int status;
 
-static void write_file(const char *path, const char *text)
+static void
+write_file(const char *path, const char *text)
 {
     FILE *file = fopen(path, "w");
     assert_non_null(file);
@@ -36,7 +37,8 @@ static void write_file(const char *path, const char *text)
     fclose(file);
 }
 
-static void slurp(const char *path, char text[TEXT_SIZE])
+static void
+slurp(const char *path, char text[TEXT_SIZE])
 {
     FILE *file = fopen(path, "r");
     assert_non_null(file);
@@ -45,7 +47,8 @@ static void slurp(const char *path, char text[TEXT_SIZE])
     fclose(file);
 }
 
-static int redirect(int fd, const char *path)
+static int
+redirect(int fd, const char *path)
 {
     int kept = dup(fd);
     int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -55,14 +58,16 @@ static int redirect(int fd, const char *path)
     return kept;
 }
 
-static void restore(int fd, int kept)
+static void
+restore(int fd, int kept)
 {
     dup2(kept, fd);
     close(kept);
 }
 
 /* One call with the arguments up to NULL. */
-static enum config_wish call(const char *const *args)
+static enum config_wish
+call(const char *const *args)
 {
     char texts[ARGS_MAX][256];
     char *argv[ARGS_MAX + 1];
@@ -93,7 +98,8 @@ static enum config_wish call(const char *const *args)
 #define CALL(...) call((const char *const[]){__VA_ARGS__, NULL})
 
 /* Nothing said anywhere: no variables, no files. */
-static int clean(void **state)
+static int
+clean(void **state)
 {
     (void)state;
     static char *none[] = {NULL};
@@ -103,14 +109,16 @@ static int clean(void **state)
     return 0;
 }
 
-static int enter_folder(void **state)
+static int
+enter_folder(void **state)
 {
     (void)state;
     snprintf(folder, sizeof folder, "/tmp/glint-config-XXXXXX");
     return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
 }
 
-static int leave_folder(void **state)
+static int
+leave_folder(void **state)
 {
     (void)state;
     static const char *const made[] = {"out.txt",
@@ -130,7 +138,8 @@ static int leave_folder(void **state)
 
 /* --- values --- */
 
-static void test_defaults(void **state)
+static void
+test_defaults(void **state)
 {
     (void)state;
     assert_int_equal(call(NULL), CONFIG_RUN);
@@ -159,7 +168,8 @@ static void test_defaults(void **state)
     assert_int_equal(config.max_queued, 100000);
 }
 
-static void test_flag_before_environment_before_file(void **state)
+static void
+test_flag_before_environment_before_file(void **state)
 {
     (void)state;
     write_file("glint.json",
@@ -173,7 +183,8 @@ static void test_flag_before_environment_before_file(void **state)
     assert_string_equal(errors, "");
 }
 
-static void make_places(void)
+static void
+make_places(void)
 {
     assert_int_equal(system("mkdir -p xdg/glint .config/glint"), 0);
     write_file("xdg/glint/config.json", "{\"max_spp\": 20}");
@@ -181,7 +192,8 @@ static void make_places(void)
     write_file("other.json", "{\"max_spp\": 40}");
 }
 
-static void test_the_first_file_found_counts(void **state)
+static void
+test_the_first_file_found_counts(void **state)
 {
     (void)state;
     make_places();
@@ -204,7 +216,8 @@ static void test_the_first_file_found_counts(void **state)
     unlink(".config/glint/config.json");
 }
 
-static void test_every_kind_in_a_file(void **state)
+static void
+test_every_kind_in_a_file(void **state)
 {
     (void)state;
     write_file("glint.json",
@@ -225,7 +238,8 @@ static void test_every_kind_in_a_file(void **state)
     assert_float_equal(config.default_wait, 0.5, 0);
 }
 
-static void test_addresses(void **state)
+static void
+test_addresses(void **state)
 {
     (void)state;
     static const struct {
@@ -257,7 +271,8 @@ static void test_addresses(void **state)
     }
 }
 
-static void test_open_addresses_need_a_word(void **state)
+static void
+test_open_addresses_need_a_word(void **state)
 {
     (void)state;
     static const char *const open[] = {"0.0.0.0:80", "[::]:80", "10.0.0.1:80",
@@ -272,7 +287,8 @@ static void test_open_addresses_need_a_word(void **state)
     }
 }
 
-static void test_switches(void **state)
+static void
+test_switches(void **state)
 {
     (void)state;
     static const struct {
@@ -293,7 +309,8 @@ static void test_switches(void **state)
         strstr(errors, "GLINT_INSECURE_OPEN must be on or off, got \"yes\""));
 }
 
-static void test_an_empty_variable_is_none(void **state)
+static void
+test_an_empty_variable_is_none(void **state)
 {
     (void)state;
     setenv("GLINT_MAX_SPP", "", 1);
@@ -301,7 +318,8 @@ static void test_an_empty_variable_is_none(void **state)
     assert_int_equal(config.scene_limits.max_spp, 65536);
 }
 
-static void test_bounds(void **state)
+static void
+test_bounds(void **state)
 {
     (void)state;
     static const struct {
@@ -337,7 +355,8 @@ static void test_bounds(void **state)
 
 /* --- mistakes --- */
 
-static void test_all_mistakes_at_once(void **state)
+static void
+test_all_mistakes_at_once(void **state)
 {
     (void)state;
     write_file("glint.json", "{\"max_sppp\": 4,\n \"workers\": \"2\",\n"
@@ -364,7 +383,8 @@ static void test_all_mistakes_at_once(void **state)
     }
 }
 
-static void test_usage(void **state)
+static void
+test_usage(void **state)
 {
     (void)state;
     static const struct {
@@ -391,7 +411,8 @@ static void test_usage(void **state)
     }
 }
 
-static void test_not_built_yet(void **state)
+static void
+test_not_built_yet(void **state)
 {
     (void)state;
     static const char *const flags[] = {
@@ -420,7 +441,8 @@ static void test_not_built_yet(void **state)
     assert_int_equal(CALL("--auth=none", "--blobs=dir"), CONFIG_RUN);
 }
 
-static void test_bad_files(void **state)
+static void
+test_bad_files(void **state)
 {
     (void)state;
     static const struct {
@@ -448,7 +470,8 @@ static void test_bad_files(void **state)
     assert_non_null(strstr(errors, "nowhere.json"));
 }
 
-static void test_unknown_variables_are_warnings(void **state)
+static void
+test_unknown_variables_are_warnings(void **state)
 {
     (void)state;
     setenv("GLINT_PORT", "tcp://10.0.0.1:80", 1);
@@ -467,7 +490,8 @@ static void test_unknown_variables_are_warnings(void **state)
     assert_non_null(strstr(errors, "GLINT_WORKERZ"));
 }
 
-static void test_waits_must_fit(void **state)
+static void
+test_waits_must_fit(void **state)
 {
     (void)state;
     assert_int_equal(CALL("--default-wait=30", "--max-wait=10"),
@@ -478,7 +502,8 @@ static void test_waits_must_fit(void **state)
 
 /* --- what is printed --- */
 
-static void test_print_config_names_value_and_origin(void **state)
+static void
+test_print_config_names_value_and_origin(void **state)
 {
     (void)state;
     write_file("glint.json", "{\"max_spp\": 7}");
@@ -495,7 +520,8 @@ static void test_print_config_names_value_and_origin(void **state)
     assert_true(strstr(line, " 7 ") < strchr(line, '\n'));
 }
 
-static void test_check_config(void **state)
+static void
+test_check_config(void **state)
 {
     (void)state;
     assert_int_equal(CALL("--check-config"), CONFIG_EXIT_OK);
@@ -506,7 +532,8 @@ static void test_check_config(void **state)
     assert_int_equal(status, 2);
 }
 
-static void test_help_names_every_option(void **state)
+static void
+test_help_names_every_option(void **state)
 {
     (void)state;
     assert_int_equal(CALL("--help"), CONFIG_EXIT_OK);
@@ -521,7 +548,8 @@ static void test_help_names_every_option(void **state)
     assert_int_equal(strncmp(said, "glintd ", 7), 0);
 }
 
-int main(void)
+int
+main(void)
 {
 #define T(name) cmocka_unit_test_setup(test_##name, clean)
     const struct CMUnitTest tests[] = {

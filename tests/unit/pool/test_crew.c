@@ -8,7 +8,8 @@
 
 #include "server/pool/crew.h"
 
-static unsigned sum_of(unsigned threads, unsigned running)
+static unsigned
+sum_of(unsigned threads, unsigned running)
 {
     unsigned sum = 0;
     for (unsigned i = 0; i < running; i++)
@@ -16,14 +17,16 @@ static unsigned sum_of(unsigned threads, unsigned running)
     return sum;
 }
 
-static void test_one_job_gets_all(void **state)
+static void
+test_one_job_gets_all(void **state)
 {
     (void)state;
     assert_int_equal(crew_share(1, 1, 0), 1);
     assert_int_equal(crew_share(16, 1, 0), 16);
 }
 
-static void test_shares_add_up(void **state)
+static void
+test_shares_add_up(void **state)
 {
     (void)state;
     for (unsigned threads = 1; threads <= 64; threads++) {
@@ -32,14 +35,16 @@ static void test_shares_add_up(void **state)
     }
 }
 
-static void test_more_jobs_than_threads_get_one_each(void **state)
+static void
+test_more_jobs_than_threads_get_one_each(void **state)
 {
     (void)state;
     for (unsigned i = 0; i < 5; i++)
         assert_int_equal(crew_share(2, 5, i), 1);
 }
 
-static void test_shares_are_even_and_earlier_ones_not_smaller(void **state)
+static void
+test_shares_are_even_and_earlier_ones_not_smaller(void **state)
 {
     (void)state;
     for (unsigned running = 1; running <= 20; running++) {
@@ -53,7 +58,8 @@ static void test_shares_are_even_and_earlier_ones_not_smaller(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_one_job_gets_all),

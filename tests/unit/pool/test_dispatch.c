@@ -42,7 +42,8 @@ static struct {
     unsigned threads;
 } act;
 
-static bool refused(struct error *err)
+static bool
+refused(struct error *err)
 {
     if (act.refuse == ERROR_NONE)
         return false;
@@ -50,8 +51,9 @@ static bool refused(struct error *err)
     return true;
 }
 
-bool store_lease(struct store *store, double max_seconds, store_lease_fn done,
-                 void *user, struct error *err)
+bool
+store_lease(struct store *store, double max_seconds, store_lease_fn done,
+            void *user, struct error *err)
 {
     (void)store;
     assert_true(max_seconds <= 0);
@@ -61,15 +63,17 @@ bool store_lease(struct store *store, double max_seconds, store_lease_fn done,
     return !refused(err);
 }
 
-void lease_free(struct lease *lease)
+void
+lease_free(struct lease *lease)
 {
     bytes_clear(&lease->scene);
     free(lease);
 }
 
-bool store_heartbeat(struct store *store, const char *id, uint32_t epoch,
-                     enum job_phase phase, double progress, uint64_t rays_done,
-                     struct error *err)
+bool
+store_heartbeat(struct store *store, const char *id, uint32_t epoch,
+                enum job_phase phase, double progress, uint64_t rays_done,
+                struct error *err)
 {
     (void)store;
     (void)id;
@@ -81,10 +85,11 @@ bool store_heartbeat(struct store *store, const char *id, uint32_t epoch,
     return !refused(err);
 }
 
-bool store_finish(struct store *store, const char *id, uint32_t epoch,
-                  const char *result, uint64_t result_len,
-                  const struct job_stats *stats, store_done_fn done, void *user,
-                  struct error *err)
+bool
+store_finish(struct store *store, const char *id, uint32_t epoch,
+             const char *result, uint64_t result_len,
+             const struct job_stats *stats, store_done_fn done, void *user,
+             struct error *err)
 {
     (void)store;
     (void)id;
@@ -98,10 +103,10 @@ bool store_finish(struct store *store, const char *id, uint32_t epoch,
     return !refused(err);
 }
 
-bool store_fail(struct store *store, const char *id, uint32_t epoch,
-                enum store_failure failure, enum error_code code,
-                const char *text, store_done_fn done, void *user,
-                struct error *err)
+bool
+store_fail(struct store *store, const char *id, uint32_t epoch,
+           enum store_failure failure, enum error_code code, const char *text,
+           store_done_fn done, void *user, struct error *err)
 {
     (void)store;
     (void)id;
@@ -115,8 +120,9 @@ bool store_fail(struct store *store, const char *id, uint32_t epoch,
     return !refused(err);
 }
 
-bool store_get(struct store *store, const char *id, struct job *job,
-               struct error *err)
+bool
+store_get(struct store *store, const char *id, struct job *job,
+          struct error *err)
 {
     (void)store;
     (void)id;
@@ -125,8 +131,9 @@ bool store_get(struct store *store, const char *id, struct job *job,
     return true;
 }
 
-bool store_blob_users(struct store *store, const char *sha256, uint64_t *users,
-                      struct error *err)
+bool
+store_blob_users(struct store *store, const char *sha256, uint64_t *users,
+                 struct error *err)
 {
     (void)store;
     (void)sha256;
@@ -135,8 +142,9 @@ bool store_blob_users(struct store *store, const char *sha256, uint64_t *users,
     return true;
 }
 
-bool blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
-               void *user, struct error *err)
+bool
+blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
+          void *user, struct error *err)
 {
     (void)blobs;
     (void)len;
@@ -147,16 +155,18 @@ bool blobs_put(struct blobs *blobs, int fd, uint64_t len, blobs_done_fn done,
     return !refused(err);
 }
 
-void blobs_delete(struct blobs *blobs, const char *sha256)
+void
+blobs_delete(struct blobs *blobs, const char *sha256)
 {
     (void)blobs;
     (void)sha256;
     act.deletes++;
 }
 
-bool child_render(struct child *child, const char *scene, size_t scene_len,
-                  const char *output, size_t output_len, unsigned threads,
-                  struct error *err)
+bool
+child_render(struct child *child, const char *scene, size_t scene_len,
+             const char *output, size_t output_len, unsigned threads,
+             struct error *err)
 {
     (void)child;
     (void)output;
@@ -167,7 +177,8 @@ bool child_render(struct child *child, const char *scene, size_t scene_len,
     return !act.child_refuses || error_set(err, ERROR_IO, "nobody there");
 }
 
-bool child_cancel(struct child *child, struct error *err)
+bool
+child_cancel(struct child *child, struct error *err)
 {
     (void)child;
     (void)err;
@@ -175,7 +186,8 @@ bool child_cancel(struct child *child, struct error *err)
     return true;
 }
 
-bool child_threads(struct child *child, unsigned threads, struct error *err)
+bool
+child_threads(struct child *child, unsigned threads, struct error *err)
 {
     (void)child;
     (void)err;
@@ -190,14 +202,16 @@ static struct child child;
 static struct task *posted;
 static int64_t now;
 
-static void post(void *user, struct task *task)
+static void
+post(void *user, struct task *task)
 {
     (void)user;
     assert_null(posted);
     posted = task;
 }
 
-static int set_stage(void **state)
+static int
+set_stage(void **state)
 {
     (void)state;
     memset(&act, 0, sizeof act);
@@ -212,7 +226,8 @@ static int set_stage(void **state)
     return 0;
 }
 
-static int strike(void **state)
+static int
+strike(void **state)
 {
     (void)state;
     /* The curtain falls on whatever is still under way. */
@@ -221,7 +236,8 @@ static int strike(void **state)
     return dispatch_clear(&d) && d.tasks == NULL && d.deleted == NULL ? 0 : -1;
 }
 
-static struct task *take_posted(void)
+static struct task *
+take_posted(void)
 {
     struct task *task = posted;
     assert_non_null(task);
@@ -229,7 +245,8 @@ static struct task *take_posted(void)
     return task;
 }
 
-static struct lease *new_lease(void)
+static struct lease *
+new_lease(void)
 {
     struct lease *lease = calloc(1, sizeof *lease);
     assert_non_null(lease);
@@ -244,7 +261,8 @@ static struct lease *new_lease(void)
 
 static const struct error none = {0};
 
-static void end_store(enum error_code code)
+static void
+end_store(enum error_code code)
 {
     struct error err = {0};
     if (code != ERROR_NONE)
@@ -252,7 +270,8 @@ static void end_store(enum error_code code)
     act.done(act.user, NULL, &err);
 }
 
-static void end_put(const char *sha256, enum error_code code)
+static void
+end_put(const char *sha256, enum error_code code)
 {
     struct error err = {0};
     if (code != ERROR_NONE)
@@ -260,7 +279,8 @@ static void end_put(const char *sha256, enum error_code code)
     act.put_done(act.user, sha256, 4, &err);
 }
 
-static struct task *lease(void)
+static struct task *
+lease(void)
 {
     struct task *task = dispatch_next(&d, &child, now);
     assert_non_null(task);
@@ -269,7 +289,8 @@ static struct task *lease(void)
     return task;
 }
 
-static struct task *render(void)
+static struct task *
+render(void)
 {
     struct task *task = lease();
     assert_true(dispatch_ask(&d, task, 2, now, NULL));
@@ -279,14 +300,16 @@ static struct task *render(void)
 
 static enum dispatch_news news;
 
-static bool say(struct task *task, struct message *message)
+static bool
+say(struct task *task, struct message *message)
 {
     bool ok = dispatch_message(&d, task, message, now, &news, NULL);
     message_clear(message);
     return ok;
 }
 
-static bool say_done(struct task *task, int fd)
+static bool
+say_done(struct task *task, int fd)
 {
     struct message message = {.kind = MESSAGE_DONE, .fds = {fd, -1}};
     message.fd_count = 1;
@@ -298,14 +321,16 @@ static bool say_done(struct task *task, int fd)
     return say(task, &message);
 }
 
-static int sealed(void)
+static int
+sealed(void)
 {
     int fd = wire_memfd("test", "PNG!", 4, NULL);
     assert_true(fd >= 0);
     return fd;
 }
 
-static struct task *put(void)
+static struct task *
+put(void)
 {
     struct task *task = render();
     assert_true(say_done(task, sealed()));
@@ -313,7 +338,8 @@ static struct task *put(void)
     return task;
 }
 
-static bool fail_with(struct task *task, enum error_code code)
+static bool
+fail_with(struct task *task, enum error_code code)
 {
     struct message message = {.kind = MESSAGE_FAILED};
     message.body.failed.code = code;
@@ -326,7 +352,8 @@ static bool fail_with(struct task *task, enum error_code code)
 
 /* --- scenes --- */
 
-static void test_lease_render_put_finish(void **state)
+static void
+test_lease_render_put_finish(void **state)
 {
     (void)state;
     put();
@@ -348,7 +375,8 @@ static void test_lease_render_put_finish(void **state)
     assert_int_equal(act.fails, 0);
 }
 
-static void test_no_job(void **state)
+static void
+test_no_job(void **state)
 {
     (void)state;
     assert_non_null(dispatch_next(&d, &child, now));
@@ -357,7 +385,8 @@ static void test_no_job(void **state)
     assert_null(d.tasks);
 }
 
-static void test_a_full_queue_is_asked_again(void **state)
+static void
+test_a_full_queue_is_asked_again(void **state)
 {
     (void)state;
     act.refuse = ERROR_QUEUE_FULL;
@@ -384,7 +413,8 @@ static void test_a_full_queue_is_asked_again(void **state)
     assert_int_equal(dispatch_arrived(&d, take_posted(), now), DISPATCH_OVER);
 }
 
-static void test_a_failed_lease_is_tried_again_later(void **state)
+static void
+test_a_failed_lease_is_tried_again_later(void **state)
 {
     (void)state;
     assert_non_null(dispatch_next(&d, &child, now));
@@ -397,7 +427,8 @@ static void test_a_failed_lease_is_tried_again_later(void **state)
     lease();
 }
 
-static void test_no_room_for_the_result_costs_no_attempt(void **state)
+static void
+test_no_room_for_the_result_costs_no_attempt(void **state)
 {
     (void)state;
     put();
@@ -419,7 +450,8 @@ static void test_no_room_for_the_result_costs_no_attempt(void **state)
     assert_int_equal(dispatch_due(&d, now) - now, 2 * first);
 }
 
-static void test_hostile_descriptors(void **state)
+static void
+test_hostile_descriptors(void **state)
 {
     (void)state;
     int ends[2];
@@ -438,7 +470,8 @@ static void test_hostile_descriptors(void **state)
     assert_int_equal(act.puts, 0);
 }
 
-static void test_verdicts(void **state)
+static void
+test_verdicts(void **state)
 {
     (void)state;
     static const struct {
@@ -468,7 +501,8 @@ static void test_verdicts(void **state)
     }
 }
 
-static void test_cancel_is_told_once_then_enforced(void **state)
+static void
+test_cancel_is_told_once_then_enforced(void **state)
 {
     (void)state;
     struct task *task = render();
@@ -488,7 +522,8 @@ static void test_cancel_is_told_once_then_enforced(void **state)
     assert_int_equal(failure, FAILURE_CANCELED);
 }
 
-static void test_a_canceled_worker_may_say_so(void **state)
+static void
+test_a_canceled_worker_may_say_so(void **state)
 {
     (void)state;
     struct task *task = render();
@@ -499,7 +534,8 @@ static void test_a_canceled_worker_may_say_so(void **state)
     assert_int_equal(news, NEWS_FREE);
 }
 
-static void test_another_lease_stops_this_one(void **state)
+static void
+test_another_lease_stops_this_one(void **state)
 {
     (void)state;
     render();
@@ -508,7 +544,8 @@ static void test_another_lease_stops_this_one(void **state)
     assert_int_equal(act.cancels, 1);
 }
 
-static void test_time_limits(void **state)
+static void
+test_time_limits(void **state)
 {
     (void)state;
     enum store_failure failure;
@@ -533,7 +570,8 @@ static void test_time_limits(void **state)
     assert_int_equal(failure, FAILURE_ATTEMPT);
 }
 
-static void test_heartbeats_are_few_but_steady(void **state)
+static void
+test_heartbeats_are_few_but_steady(void **state)
 {
     (void)state;
     struct task *task = render();
@@ -565,7 +603,8 @@ static void test_heartbeats_are_few_but_steady(void **state)
     assert_int_equal(act.heartbeats, before + 1);
 }
 
-static void test_lost_while_leasing_gives_the_job_back(void **state)
+static void
+test_lost_while_leasing_gives_the_job_back(void **state)
 {
     (void)state;
     struct task *task = dispatch_next(&d, &child, now);
@@ -578,7 +617,8 @@ static void test_lost_while_leasing_gives_the_job_back(void **state)
     assert_int_equal(act.renders, 0);
 }
 
-static void test_lost_while_rendering_ends_the_attempt(void **state)
+static void
+test_lost_while_rendering_ends_the_attempt(void **state)
 {
     (void)state;
     struct task *task = render();
@@ -589,7 +629,8 @@ static void test_lost_while_rendering_ends_the_attempt(void **state)
     assert_string_equal(act.text, "killed by signal 9");
 }
 
-static void test_an_ask_that_fails_gives_the_job_back(void **state)
+static void
+test_an_ask_that_fails_gives_the_job_back(void **state)
 {
     (void)state;
     struct task *task = lease();
@@ -599,7 +640,8 @@ static void test_an_ask_that_fails_gives_the_job_back(void **state)
     assert_null(dispatch_next(&d, &child, now));
 }
 
-static void test_stopping(void **state)
+static void
+test_stopping(void **state)
 {
     (void)state;
     assert_non_null(dispatch_next(&d, &child, now));
@@ -612,7 +654,8 @@ static void test_stopping(void **state)
     assert_int_equal(dispatch_arrived(&d, take_posted(), now), DISPATCH_OVER);
 }
 
-static void test_a_fenced_result_is_dropped(void **state)
+static void
+test_a_fenced_result_is_dropped(void **state)
 {
     (void)state;
     put();
@@ -626,7 +669,8 @@ static void test_a_fenced_result_is_dropped(void **state)
 
 /* --- deleted blobs --- */
 
-static void test_forget_deletes_what_nobody_uses(void **state)
+static void
+test_forget_deletes_what_nobody_uses(void **state)
 {
     (void)state;
     act.users = 1;
@@ -637,7 +681,8 @@ static void test_forget_deletes_what_nobody_uses(void **state)
     assert_int_equal(act.deletes, 1);
 }
 
-static void test_forget_spares_what_is_about_to_be_published(void **state)
+static void
+test_forget_spares_what_is_about_to_be_published(void **state)
 {
     (void)state;
     put();
@@ -649,7 +694,8 @@ static void test_forget_spares_what_is_about_to_be_published(void **state)
     assert_int_equal(act.deletes, 1);
 }
 
-static void test_a_put_overtaken_by_a_deletion_is_repeated(void **state)
+static void
+test_a_put_overtaken_by_a_deletion_is_repeated(void **state)
 {
     (void)state;
     put();
@@ -671,7 +717,8 @@ static void test_a_put_overtaken_by_a_deletion_is_repeated(void **state)
     dispatch_arrived(&d, take_posted(), now);
 }
 
-static void test_a_put_of_other_bytes_is_not_repeated(void **state)
+static void
+test_a_put_of_other_bytes_is_not_repeated(void **state)
 {
     (void)state;
     put();
@@ -683,7 +730,8 @@ static void test_a_put_of_other_bytes_is_not_repeated(void **state)
     assert_null(d.deleted);
 }
 
-static void test_threads_are_sent_when_they_change(void **state)
+static void
+test_threads_are_sent_when_they_change(void **state)
 {
     (void)state;
     struct task *task = render();
@@ -695,7 +743,8 @@ static void test_threads_are_sent_when_they_change(void **state)
     assert_int_equal(act.threads, 1);
 }
 
-int main(void)
+int
+main(void)
 {
 #define T(name) cmocka_unit_test_setup_teardown(test_##name, set_stage, strike)
     const struct CMUnitTest tests[] = {

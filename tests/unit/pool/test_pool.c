@@ -19,7 +19,8 @@
 enum { SCENE_SIZE = 400 };
 
 /* One ray to the camera and at most one to the light per sample. */
-static void sphere(char text[SCENE_SIZE], unsigned size, unsigned spp)
+static void
+sphere(char text[SCENE_SIZE], unsigned size, unsigned spp)
 {
     snprintf(text, SCENE_SIZE,
              "{\"version\": 1, \"film\": {\"width\": %u, \"height\": %u}, "
@@ -38,7 +39,8 @@ static char one_tile[SCENE_SIZE]; /* some seconds for one thread */
 static struct rig rig;
 static char id[ID_SIZE];
 
-static void find_worker(void)
+static void
+find_worker(void)
 {
     const char *build = getenv("GLINT_BUILD");
     char path[4096];
@@ -53,35 +55,40 @@ static void find_worker(void)
     setenv("GLINT_WORKER", path, 1);
 }
 
-static int set_up(void **state)
+static int
+set_up(void **state)
 {
     (void)state;
     memset(&rig, 0, sizeof rig);
     return 0;
 }
 
-static int tear_down(void **state)
+static int
+tear_down(void **state)
 {
     (void)state;
     rig_close(&rig);
     return 0;
 }
 
-static struct job run(const char *scene, enum job_state state)
+static struct job
+run(const char *scene, enum job_state state)
 {
     rig_submit(&rig, scene, 3, id);
     return rig_wait(&rig, id, state, 120000);
 }
 
 /* Samples per pixel for a render of about so many seconds on two threads. */
-static unsigned samples(double per_second, unsigned size, double seconds)
+static unsigned
+samples(double per_second, unsigned size, double seconds)
 {
     double spp = per_second * seconds / size / size;
     return spp < 1 ? 1 : spp > 65536 ? 65536 : (unsigned)spp;
 }
 
 /* How fast is this build here? A sanitizer costs a factor of fifty. */
-static int calibrate(void **state)
+static int
+calibrate(void **state)
 {
     (void)state;
     find_worker();
@@ -101,7 +108,8 @@ static int calibrate(void **state)
     return 0;
 }
 
-static void test_a_picture(void **state)
+static void
+test_a_picture(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -121,7 +129,8 @@ static void test_a_picture(void **state)
     assert_true(job.stats.peak_bytes > 1 << 20);
 }
 
-static void test_the_rate_is_learned(void **state)
+static void
+test_the_rate_is_learned(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -134,7 +143,8 @@ static void test_the_rate_is_learned(void **state)
     assert_true(learned > 0.99 * rate && learned < 1.01 * rate);
 }
 
-static void test_a_bad_scene_fails_once_and_harms_nobody(void **state)
+static void
+test_a_bad_scene_fails_once_and_harms_nobody(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -153,7 +163,8 @@ static void test_a_bad_scene_fails_once_and_harms_nobody(void **state)
     assert_int_equal(before, after);
 }
 
-static void test_killed_in_the_middle(void **state)
+static void
+test_killed_in_the_middle(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -169,7 +180,8 @@ static void test_killed_in_the_middle(void **state)
     assert_int_equal(rig_status(&rig).exits, 1);
 }
 
-static void test_a_crash_is_like_a_kill(void **state)
+static void
+test_a_crash_is_like_a_kill(void **state)
 {
     (void)state;
     static const int signals[] = {SIGSEGV, SIGABRT, SIGBUS, SIGTERM};
@@ -183,7 +195,8 @@ static void test_a_crash_is_like_a_kill(void **state)
     }
 }
 
-static void test_poison(void **state)
+static void
+test_poison(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -205,7 +218,8 @@ static void test_poison(void **state)
     run(quick, JOB_SUCCEEDED);
 }
 
-static void test_stopped_worker_is_replaced(void **state)
+static void
+test_stopped_worker_is_replaced(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.stall_ms = 5000});
@@ -218,7 +232,8 @@ static void test_stopped_worker_is_replaced(void **state)
 }
 
 /* A worker that works hard tells so, however few its tiles. */
-static void test_a_long_tile_is_no_stall(void **state)
+static void
+test_a_long_tile_is_no_stall(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.stall_ms = 3000, .threads = 1});
@@ -226,7 +241,8 @@ static void test_a_long_tile_is_no_stall(void **state)
     rig_wait(&rig, id, JOB_SUCCEEDED, 120000);
 }
 
-static void test_cancel(void **state)
+static void
+test_cancel(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -240,7 +256,8 @@ static void test_cancel(void **state)
     run(quick, JOB_SUCCEEDED);
 }
 
-static void test_cancel_of_a_stopped_worker(void **state)
+static void
+test_cancel_of_a_stopped_worker(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -252,7 +269,8 @@ static void test_cancel_of_a_stopped_worker(void **state)
     run(quick, JOB_SUCCEEDED);
 }
 
-static void test_time_is_up(void **state)
+static void
+test_time_is_up(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.max_render_seconds = 0.5});
@@ -268,7 +286,8 @@ static void test_time_is_up(void **state)
 #else
 #define SANITIZED 0
 
-static void test_too_much_memory(void **state)
+static void
+test_too_much_memory(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.max_render_bytes = 16 << 20});
@@ -282,7 +301,8 @@ static void test_too_much_memory(void **state)
 
 #endif
 
-static void test_drain_waits_for_what_runs(void **state)
+static void
+test_drain_waits_for_what_runs(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -294,7 +314,8 @@ static void test_drain_waits_for_what_runs(void **state)
     assert_true(rig_has_blob(&rig, job.result));
 }
 
-static void test_drain_gives_back_what_takes_too_long(void **state)
+static void
+test_drain_gives_back_what_takes_too_long(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -311,7 +332,8 @@ static void test_drain_gives_back_what_takes_too_long(void **state)
 }
 
 /* Any number of workers and threads: the same bytes. */
-static void test_workers_and_threads_leave_no_trace(void **state)
+static void
+test_workers_and_threads_leave_no_trace(void **state)
 {
     (void)state;
     static const struct {
@@ -336,7 +358,8 @@ static void test_workers_and_threads_leave_no_trace(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
 #define T(name) cmocka_unit_test_setup_teardown(test_##name, set_up, tear_down)
     const struct CMUnitTest tests[] = {

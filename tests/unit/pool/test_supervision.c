@@ -19,7 +19,8 @@ static struct rig rig;
 static char id[ID_SIZE];
 
 /* The worker program of that name, beside this program. */
-static void use_worker(const char *name)
+static void
+use_worker(const char *name)
 {
     char path[4096];
     ssize_t len = readlink("/proc/self/exe", path, sizeof path - 64);
@@ -29,7 +30,8 @@ static void use_worker(const char *name)
     setenv("GLINT_WORKER", path, 1);
 }
 
-static int set_up(void **state)
+static int
+set_up(void **state)
 {
     (void)state;
     use_worker("acted_worker");
@@ -37,7 +39,8 @@ static int set_up(void **state)
     return 0;
 }
 
-static int tear_down(void **state)
+static int
+tear_down(void **state)
 {
     (void)state;
     rig_close(&rig);
@@ -45,21 +48,23 @@ static int tear_down(void **state)
 }
 
 /* The status follows at the end of the loop's turn. */
-static void check_exits(uint64_t count)
+static void
+check_exits(uint64_t count)
 {
     for (int i = 0; i < 500 && rig_status(&rig).exits < count; i++)
         rig_sleep_ms(2);
     assert_int_equal(rig_status(&rig).exits, count);
 }
 
-static struct job run(const char *part, unsigned max_attempts,
-                      enum job_state state)
+static struct job
+run(const char *part, unsigned max_attempts, enum job_state state)
 {
     rig_submit(&rig, part, max_attempts, id);
     return rig_wait(&rig, id, state, 20000);
 }
 
-static void test_a_job_and_the_next(void **state)
+static void
+test_a_job_and_the_next(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -74,8 +79,8 @@ static void test_a_job_and_the_next(void **state)
 }
 
 /* A job alone, then a good one: the pool goes on. */
-static void each_attempt_dies(const char *part, enum error_code code,
-                              const char *text)
+static void
+each_attempt_dies(const char *part, enum error_code code, const char *text)
 {
     rig_open(&rig, (struct pool_options){.stall_ms = 5000});
     struct job job = run(part, 2, JOB_FAILED);
@@ -87,31 +92,36 @@ static void each_attempt_dies(const char *part, enum error_code code,
     assert_int_equal(job.attempt, 1);
 }
 
-static void test_crash(void **state)
+static void
+test_crash(void **state)
 {
     (void)state;
     each_attempt_dies("crash", ERROR_WORKER_CRASHED, "exited with status 3");
 }
 
-static void test_unsealed_result(void **state)
+static void
+test_unsealed_result(void **state)
 {
     (void)state;
     each_attempt_dies("unsealed", ERROR_PROTOCOL, "seal");
 }
 
-static void test_pipe_as_result(void **state)
+static void
+test_pipe_as_result(void **state)
 {
     (void)state;
     each_attempt_dies("pipe", ERROR_PROTOCOL, "");
 }
 
-static void test_noise(void **state)
+static void
+test_noise(void **state)
 {
     (void)state;
     each_attempt_dies("noise", ERROR_PROTOCOL, "");
 }
 
-static void test_two_answers_cost_the_worker_but_not_the_job(void **state)
+static void
+test_two_answers_cost_the_worker_but_not_the_job(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -121,7 +131,8 @@ static void test_two_answers_cost_the_worker_but_not_the_job(void **state)
     check_exits(1);
 }
 
-static void test_an_answer_before_the_end_counts(void **state)
+static void
+test_an_answer_before_the_end_counts(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -134,7 +145,8 @@ static void test_an_answer_before_the_end_counts(void **state)
     }
 }
 
-static void test_failed_by_its_own_word(void **state)
+static void
+test_failed_by_its_own_word(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -145,7 +157,8 @@ static void test_failed_by_its_own_word(void **state)
     check_exits(2);
 }
 
-static void test_stall(void **state)
+static void
+test_stall(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.stall_ms = 200});
@@ -162,7 +175,8 @@ static void test_stall(void **state)
     rig_wait(&rig, id, JOB_CANCELED, 1000);
 }
 
-static void test_time_is_up(void **state)
+static void
+test_time_is_up(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.max_render_seconds = 0.3});
@@ -172,7 +186,8 @@ static void test_time_is_up(void **state)
     assert_int_equal(job.attempt, 2);
 }
 
-static void test_cancel(void **state)
+static void
+test_cancel(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -186,7 +201,8 @@ static void test_cancel(void **state)
     run("done", 1, JOB_SUCCEEDED);
 }
 
-static void test_cancel_of_the_deaf(void **state)
+static void
+test_cancel_of_the_deaf(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -201,7 +217,8 @@ static void test_cancel_of_the_deaf(void **state)
     run("done", 1, JOB_SUCCEEDED);
 }
 
-static void test_cancel_of_the_waiting(void **state)
+static void
+test_cancel_of_the_waiting(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -218,7 +235,8 @@ static void test_cancel_of_the_waiting(void **state)
 
 /* A cancel that comes between lease and ask is not overlooked: cancel at once
  * after submitting, many times. */
-static void test_cancel_at_any_moment(void **state)
+static void
+test_cancel_at_any_moment(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -232,7 +250,8 @@ static void test_cancel_at_any_moment(void **state)
     check_exits(0);
 }
 
-static void test_idle_worker_killed(void **state)
+static void
+test_idle_worker_killed(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.workers = 2});
@@ -252,7 +271,8 @@ static void test_idle_worker_killed(void **state)
     assert_int_equal(job.attempt, 1);
 }
 
-static void test_poison_blocks_nobody(void **state)
+static void
+test_poison_blocks_nobody(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.workers = 2});
@@ -275,7 +295,8 @@ static void test_poison_blocks_nobody(void **state)
     assert_in_range(rig_now_ms() - start, 0, 2500);
 }
 
-static void test_a_program_that_dies_is_not_started_in_a_frenzy(void **state)
+static void
+test_a_program_that_dies_is_not_started_in_a_frenzy(void **state)
 {
     (void)state;
     use_worker("acted_worker_dies");
@@ -286,7 +307,8 @@ static void test_a_program_that_dies_is_not_started_in_a_frenzy(void **state)
     assert_int_equal(rig_status(&rig).ready, 0);
 }
 
-static void test_a_stranger_is_refused(void **state)
+static void
+test_a_stranger_is_refused(void **state)
 {
     (void)state;
     use_worker("acted_worker_stranger");
@@ -301,7 +323,8 @@ static void test_a_stranger_is_refused(void **state)
     assert_int_equal(job.attempt, 1);
 }
 
-static void test_no_program_at_all(void **state)
+static void
+test_no_program_at_all(void **state)
 {
     (void)state;
     use_worker("there-is-no-such-worker");
@@ -312,7 +335,8 @@ static void test_no_program_at_all(void **state)
     rig_wait(&rig, id, JOB_SUCCEEDED, 20000);
 }
 
-static void test_stop_gives_back_what_runs(void **state)
+static void
+test_stop_gives_back_what_runs(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -336,7 +360,8 @@ static void test_stop_gives_back_what_runs(void **state)
     rig_wait(&rig, waiting, JOB_SUCCEEDED, 5000);
 }
 
-static void test_stop_of_the_mute(void **state)
+static void
+test_stop_of_the_mute(void **state)
 {
     (void)state;
     use_worker("acted_worker_mute");
@@ -347,7 +372,8 @@ static void test_stop_of_the_mute(void **state)
     assert_in_range(rig_now_ms() - start, 0, 1000);
 }
 
-static void test_memory_is_limited(void **state)
+static void
+test_memory_is_limited(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.max_render_bytes = 64 << 20});
@@ -356,7 +382,8 @@ static void test_memory_is_limited(void **state)
     assert_int_equal(job.attempt, 1); /* final */
 }
 
-static void test_blobs_go_with_the_last_job(void **state)
+static void
+test_blobs_go_with_the_last_job(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){0});
@@ -376,7 +403,8 @@ static void test_blobs_go_with_the_last_job(void **state)
 
 /* Deleting and finishing the same bytes at once: a job that succeeded always
  * has its blob. */
-static void test_blobs_survive_a_race(void **state)
+static void
+test_blobs_survive_a_race(void **state)
 {
     (void)state;
     rig_open(&rig, (struct pool_options){.workers = 2});
@@ -396,7 +424,8 @@ static void test_blobs_survive_a_race(void **state)
     }
 }
 
-int main(void)
+int
+main(void)
 {
 #define T(name) cmocka_unit_test_setup_teardown(test_##name, set_up, tear_down)
     const struct CMUnitTest tests[] = {

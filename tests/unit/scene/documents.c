@@ -7,14 +7,16 @@
 
 #include "core/base/must.h"
 
-const char *source_root(void)
+const char *
+source_root(void)
 {
     const char *root = getenv("GLINT_SOURCE");
     return root != NULL ? root : ".";
 }
 
-void document_read(struct document *d, const char *text, size_t len,
-                   const struct scene_limits *limits)
+void
+document_read(struct document *d, const char *text, size_t len,
+              const struct scene_limits *limits)
 {
     memset(d, 0, sizeof *d);
     arena_init(&d->arena, 0);
@@ -24,7 +26,8 @@ void document_read(struct document *d, const char *text, size_t len,
               scene_read(d->root, limits, &d->arena, &d->scene, &d->errors);
 }
 
-void document_load(struct document *d, const char *path)
+void
+document_load(struct document *d, const char *path)
 {
     char full[4096];
     struct error err = {0};
@@ -38,7 +41,8 @@ void document_load(struct document *d, const char *path)
     d->text = text;
 }
 
-void document_quoted(struct document *d, const char *text)
+void
+document_quoted(struct document *d, const char *text)
 {
     struct bytes copy = {0};
     bytes_text(&copy, text);
@@ -50,13 +54,15 @@ void document_quoted(struct document *d, const char *text)
     d->text = copy;
 }
 
-void document_clear(struct document *d)
+void
+document_clear(struct document *d)
 {
     bytes_clear(&d->text);
     arena_clear(&d->arena);
 }
 
-void document_errors(const struct document *d, struct bytes *out)
+void
+document_errors(const struct document *d, struct bytes *out)
 {
     bytes_append(out, "", 0);
     for (size_t i = 0; i < d->errors.count; i++) {
@@ -69,27 +75,29 @@ void document_errors(const struct document *d, struct bytes *out)
 
 /* --- dump ---------------------------------------------------------------------------- */
 
-static void put(struct bytes *out, const char *name, const double *numbers,
-                size_t count)
+static void
+put(struct bytes *out, const char *name, const double *numbers, size_t count)
 {
     bytes_printf(out, " %s", name);
     for (size_t i = 0; i < count; i++)
         bytes_printf(out, " %a", numbers[i] + 0.0);
 }
 
-static void put_paint(struct bytes *out, const char *name,
-                      const struct paint *paint)
+static void
+put_paint(struct bytes *out, const char *name, const struct paint *paint)
 {
     put(out, name, paint->color, 3);
     bytes_printf(out, " texture %d", paint->texture);
 }
 
-static const char *or_none(const char *name)
+static const char *
+or_none(const char *name)
 {
     return name != NULL ? name : "-";
 }
 
-static void put_shape(struct bytes *out, const struct scene_object *o)
+static void
+put_shape(struct bytes *out, const struct scene_object *o)
 {
     switch (o->kind) {
     case SHAPE_SPHERE:
@@ -124,7 +132,8 @@ static void put_shape(struct bytes *out, const struct scene_object *o)
     }
 }
 
-static void put_mesh(struct bytes *out, const struct scene_mesh *m)
+static void
+put_mesh(struct bytes *out, const struct scene_mesh *m)
 {
     bytes_printf(out, "mesh %u %u", m->position_count, m->triangle_count);
     for (uint32_t i = 0; i < 3 * m->position_count; i++)
@@ -138,7 +147,8 @@ static void put_mesh(struct bytes *out, const struct scene_mesh *m)
     bytes_text(out, "\n");
 }
 
-static void put_view(struct bytes *out, const struct scene *s)
+static void
+put_view(struct bytes *out, const struct scene *s)
 {
     const struct scene_camera *c = &s->camera;
     const struct scene_integrator *i = &s->integrator;
@@ -163,7 +173,8 @@ static void put_view(struct bytes *out, const struct scene *s)
     bytes_text(out, "\n");
 }
 
-static void put_surfaces(struct bytes *out, const struct scene *s)
+static void
+put_surfaces(struct bytes *out, const struct scene *s)
 {
     for (uint32_t i = 0; i < s->texture_count; i++) {
         const struct scene_texture *t = &s->textures[i];
@@ -202,7 +213,8 @@ static void put_surfaces(struct bytes *out, const struct scene *s)
     }
 }
 
-void scene_dump(const struct scene *s, struct bytes *out)
+void
+scene_dump(const struct scene *s, struct bytes *out)
 {
     put_view(out, s);
     put_surfaces(out, s);
@@ -223,12 +235,14 @@ void scene_dump(const struct scene *s, struct bytes *out)
 
 /* --- files ------------------------------------------------------------------------------ */
 
-static int compare_names(const void *a, const void *b)
+static int
+compare_names(const void *a, const void *b)
 {
     return strcmp(*(char *const *)a, *(char *const *)b);
 }
 
-size_t document_list(const char *folder, char **names, size_t most)
+size_t
+document_list(const char *folder, char **names, size_t most)
 {
     char full[4096];
     size_t count = 0;
@@ -249,8 +263,8 @@ size_t document_list(const char *folder, char **names, size_t most)
 
 /* --- JSON Patch ---------------------------------------------------------------------------- */
 
-static const struct json *at_pointer(const struct json *node,
-                                     const char *pointer)
+static const struct json *
+at_pointer(const struct json *node, const char *pointer)
 {
     while (*pointer == '/' && node != NULL) {
         char token[256];
@@ -276,7 +290,8 @@ static const struct json *at_pointer(const struct json *node,
 }
 
 /* Byte where a member's name, or an element's value, begins. */
-static size_t start_of(const char *text, const struct json *node)
+static size_t
+start_of(const char *text, const struct json *node)
 {
     size_t at = node->begin;
     if (node->key == NULL)
@@ -291,16 +306,17 @@ static size_t start_of(const char *text, const struct json *node)
     return at;
 }
 
-static void splice(const char *text, size_t len, size_t begin, size_t end,
-                   const char *with, size_t with_len, struct bytes *out)
+static void
+splice(const char *text, size_t len, size_t begin, size_t end, const char *with,
+       size_t with_len, struct bytes *out)
 {
     bytes_append(out, text, begin);
     bytes_append(out, with, with_len);
     bytes_append(out, text + end, len - end);
 }
 
-bool patch_apply(const char *text, size_t len, const char *patch,
-                 struct bytes *out)
+bool
+patch_apply(const char *text, size_t len, const char *patch, struct bytes *out)
 {
     struct arena arena;
     bool ok = false;

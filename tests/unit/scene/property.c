@@ -8,25 +8,29 @@
 #include "core/scene/scene_lint.h"
 #include "tests/unit/scene/documents.h"
 
-static void bounded(const double *numbers, size_t count, double most)
+static void
+bounded(const double *numbers, size_t count, double most)
 {
     for (size_t i = 0; i < count; i++)
         MUST(isfinite(numbers[i]) && fabs(numbers[i]) <= most);
 }
 
-static void unit(const double n[3])
+static void
+unit(const double n[3])
 {
     MUST(fabs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1) < 1e-9);
 }
 
-static void sane_paint(const struct scene *s, const struct paint *paint)
+static void
+sane_paint(const struct scene *s, const struct paint *paint)
 {
     bounded(paint->color, 3, 1e6);
     MUST(paint->texture >= SCENE_NONE &&
          paint->texture < (int32_t)s->texture_count);
 }
 
-static void sane_surfaces(const struct scene *s)
+static void
+sane_surfaces(const struct scene *s)
 {
     for (uint32_t i = 0; i < s->texture_count; i++) {
         bounded(s->textures[i].scale, 3, 1e6);
@@ -54,7 +58,8 @@ static void sane_surfaces(const struct scene *s)
     }
 }
 
-static void sane_mesh(const struct scene_mesh *m)
+static void
+sane_mesh(const struct scene_mesh *m)
 {
     MUST(m->position_count >= 3 && m->triangle_count >= 1);
     for (uint32_t i = 0; i < 3 * m->position_count; i++) {
@@ -67,7 +72,8 @@ static void sane_mesh(const struct scene_mesh *m)
         MUST(m->indices[i] < m->position_count);
 }
 
-static void sane_object(const struct scene *s, const struct scene_object *o)
+static void
+sane_object(const struct scene *s, const struct scene_object *o)
 {
     MUST(o->material >= 0 && o->material < (int32_t)s->material_count);
     MUST(o->visible <= 7 && o->pointer != NULL);
@@ -101,7 +107,8 @@ static void sane_object(const struct scene *s, const struct scene_object *o)
     }
 }
 
-static void sane_scene(const struct scene *s)
+static void
+sane_scene(const struct scene *s)
 {
     const struct scene_camera *c = &s->camera;
     MUST(s->width >= 1 && s->width <= 8192);
@@ -127,7 +134,8 @@ static void sane_scene(const struct scene *s)
         sane_object(s, &s->objects[i]);
 }
 
-static void sane_errors(const struct error_list *errors)
+static void
+sane_errors(const struct error_list *errors)
 {
     MUST(errors->count <= ERROR_LIST_MAX);
     for (size_t i = 0; i < errors->count; i++) {
@@ -139,7 +147,8 @@ static void sane_errors(const struct error_list *errors)
     }
 }
 
-static void round_trip(const struct document *d)
+static void
+round_trip(const struct document *d)
 {
     struct document again;
     struct bytes first = {0}, second = {0}, dump1 = {0}, dump2 = {0};
@@ -161,7 +170,8 @@ out:
     bytes_clear(&dump2);
 }
 
-bool scene_property(const char *text, size_t len)
+bool
+scene_property(const char *text, size_t len)
 {
     struct document d;
     document_read(&d, text, len, NULL);
@@ -182,7 +192,8 @@ bool scene_property(const char *text, size_t len)
     return good;
 }
 
-static void sane_tree(const struct json *node, size_t len)
+static void
+sane_tree(const struct json *node, size_t len)
 {
     MUST(node->begin < node->end && node->end <= len);
     MUST(node->line >= 1 && node->column >= 1);
@@ -202,7 +213,8 @@ static void sane_tree(const struct json *node, size_t len)
         MUST(strlen(node->string) == node->string_len);
 }
 
-bool json_property(const char *text, size_t len)
+bool
+json_property(const char *text, size_t len)
 {
     struct arena arena;
     arena_init(&arena, 0);

@@ -11,9 +11,11 @@
  * sentence and a place, or there is a scene whose every number is finite and
  * whose every index is valid, and its canonical text reads back to itself.
  * True if the document was good. */
-bool scene_property(const char *text, size_t len);
+bool
+scene_property(const char *text, size_t len);
 
 /* Read the bytes as JSON: one error, or a tree whose places lie in the text. */
-bool json_property(const char *text, size_t len);
+bool
+json_property(const char *text, size_t len);
 
 #endif

@@ -16,7 +16,8 @@
 
 /* Given a good document, its canonical text reads back to the same scene and
  * to itself. */
-static void check_round_trip(const struct document *d, const char *name)
+static void
+check_round_trip(const struct document *d, const char *name)
 {
     struct document again;
     struct bytes first = {0}, second = {0}, dump1 = {0}, dump2 = {0};
@@ -40,7 +41,8 @@ static void check_round_trip(const struct document *d, const char *name)
     bytes_clear(&said);
 }
 
-static void examples_round_trip(void **unused)
+static void
+examples_round_trip(void **unused)
 {
     char *names[64];
     size_t count = document_list("schemas/examples", names, 64);
@@ -99,7 +101,8 @@ static const char *const odd[] = {
     "0]}]}",
 };
 
-static void odd_documents_round_trip(void **unused)
+static void
+odd_documents_round_trip(void **unused)
 {
     (void)unused;
     for (size_t i = 0; i < sizeof odd / sizeof odd[0]; i++) {
@@ -115,7 +118,8 @@ static void odd_documents_round_trip(void **unused)
     }
 }
 
-static void canonical_of(const char *text, struct bytes *out)
+static void
+canonical_of(const char *text, struct bytes *out)
 {
     struct document d;
     document_quoted(&d, text);
@@ -125,7 +129,8 @@ static void canonical_of(const char *text, struct bytes *out)
 }
 
 /* Two spellings of one scene: same canonical text, same hash. */
-static void spelling_does_not_matter(void **unused)
+static void
+spelling_does_not_matter(void **unused)
 {
     static const char *const pairs[][2] = {
         {"{'objects':[{'type':'sphere'}]}",
@@ -162,7 +167,8 @@ static void spelling_does_not_matter(void **unused)
     }
 }
 
-static void keys_are_sorted(const struct json *node)
+static void
+keys_are_sorted(const struct json *node)
 {
     for (const struct json *m = node->child; m != NULL; m = m->next) {
         if (m->key != NULL && m->next != NULL)
@@ -171,7 +177,8 @@ static void keys_are_sorted(const struct json *node)
     }
 }
 
-static void canonical_text_is_sorted_and_bare(void **unused)
+static void
+canonical_text_is_sorted_and_bare(void **unused)
 {
     struct document d, again;
     struct bytes text = {0};
@@ -189,7 +196,8 @@ static void canonical_text_is_sorted_and_bare(void **unused)
     bytes_clear(&text);
 }
 
-static void settings_and_counts_are_told(void **unused)
+static void
+settings_and_counts_are_told(void **unused)
 {
     struct document d;
     struct bytes out = {0};
@@ -212,7 +220,8 @@ static void settings_and_counts_are_told(void **unused)
     document_clear(&d);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(examples_round_trip),

@@ -409,7 +409,8 @@ static const struct row rows[] = {
      "enum.not_yet /objects/0/type\nenum.not_yet /objects/0/root/type\n"},
 };
 
-static void list_errors(const struct document *d, struct bytes *out)
+static void
+list_errors(const struct document *d, struct bytes *out)
 {
     bytes_append(out, "", 0);
     for (size_t i = 0; i < d->errors.count; i++)
@@ -418,7 +419,8 @@ static void list_errors(const struct document *d, struct bytes *out)
                                                 : "null");
 }
 
-static void each_document_earns_its_codes(void **unused)
+static void
+each_document_earns_its_codes(void **unused)
 {
     int wrong = 0;
     (void)unused;
@@ -439,7 +441,8 @@ static void each_document_earns_its_codes(void **unused)
     assert_int_equal(wrong, 0);
 }
 
-static bool has_error(const struct document *d, const struct error_item *e)
+static bool
+has_error(const struct document *d, const struct error_item *e)
 {
     for (size_t i = 0; i < d->errors.count; i++) {
         const struct error_item *o = &d->errors.items[i];
@@ -450,7 +453,8 @@ static bool has_error(const struct document *d, const struct error_item *e)
     return false;
 }
 
-static void fixes_mend(void **unused)
+static void
+fixes_mend(void **unused)
 {
     static const char *const more[] = {
         OBJECT("'type':'sphear'"),
@@ -486,14 +490,16 @@ static void fixes_mend(void **unused)
     assert_true(fixes >= 15);
 }
 
-static const struct error_item *only_error(struct document *d, const char *text)
+static const struct error_item *
+only_error(struct document *d, const char *text)
 {
     document_quoted(d, text);
     assert_int_equal(d->errors.count, 1);
     return &d->errors.items[0];
 }
 
-static void hints_help(void **unused)
+static void
+hints_help(void **unused)
 {
     static const char *const pairs[][2] = {
         {"{'integrator':{'maxDepth':4}," BALL "}",
@@ -520,7 +526,8 @@ static void hints_help(void **unused)
     }
 }
 
-static void details_name_the_value(void **unused)
+static void
+details_name_the_value(void **unused)
 {
     static const char *const pairs[][2] = {
         {OBJECT("'type':'sphere','radius':-1"),
@@ -548,8 +555,9 @@ static void details_name_the_value(void **unused)
 }
 
 /* A text of `count` copies between a head and a tail. */
-static void repeated(struct bytes *out, const char *head, const char *copy,
-                     size_t count, const char *tail)
+static void
+repeated(struct bytes *out, const char *head, const char *copy, size_t count,
+         const char *tail)
 {
     bytes_text(out, head);
     for (size_t i = 0; i < count; i++) {
@@ -560,8 +568,9 @@ static void repeated(struct bytes *out, const char *head, const char *copy,
     bytes_text(out, tail);
 }
 
-static void check_budget(const char *head, const char *copy, size_t count,
-                         const char *tail, const char *errors)
+static void
+check_budget(const char *head, const char *copy, size_t count, const char *tail,
+             const char *errors)
 {
     struct document d;
     struct bytes text = {0}, said = {0};
@@ -574,7 +583,8 @@ static void check_budget(const char *head, const char *copy, size_t count,
     bytes_clear(&said);
 }
 
-static void budgets_hold(void **unused)
+static void
+budgets_hold(void **unused)
 {
     (void)unused;
     check_budget("{'objects':[", "{'type':'sphere'}", 10000, "]}", "");
@@ -604,7 +614,8 @@ static void budgets_hold(void **unused)
     check_budget("{" BALL ",'description':'", "é", 2048, "'}", "");
 }
 
-static void nest(struct bytes *out, int depth)
+static void
+nest(struct bytes *out, int depth)
 {
     bytes_text(out, "{'objects':[");
     for (int i = 0; i < depth; i++)
@@ -615,7 +626,8 @@ static void nest(struct bytes *out, int depth)
     bytes_text(out, "]}");
 }
 
-static void groups_nest_eight_deep(void **unused)
+static void
+groups_nest_eight_deep(void **unused)
 {
     struct document d;
     struct bytes text = {0};
@@ -634,7 +646,8 @@ static void groups_nest_eight_deep(void **unused)
     bytes_clear(&text);
 }
 
-static void operators_lower_limits(void **unused)
+static void
+operators_lower_limits(void **unused)
 {
     static const char text[] =
         "{\"film\":{\"width\":200,\"height\":200},\"sampler\":{\"type\":"
@@ -663,7 +676,8 @@ static void operators_lower_limits(void **unused)
 }
 
 /* The first fifty in document order, and a word that there are more. */
-static void fifty_errors_are_told(void **unused)
+static void
+fifty_errors_are_told(void **unused)
 {
     struct document d;
     struct bytes text = {0};
@@ -679,7 +693,8 @@ static void fifty_errors_are_told(void **unused)
     bytes_clear(&text);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_document_earns_its_codes),

@@ -14,7 +14,8 @@
 
 #include "tests/unit/scene/documents.h"
 
-static void every_example_is_accepted(void **unused)
+static void
+every_example_is_accepted(void **unused)
 {
     char *names[64];
     size_t count = document_list("schemas/examples", names, 64);
@@ -37,8 +38,9 @@ static void every_example_is_accepted(void **unused)
 
 /* Compare with one entry of expected.json; `prefix` and `lines` say where the
  * scene stands in the document. */
-static void check_errors(const struct document *d, const struct json *expected,
-                         const char *file, const char *prefix, uint32_t lines)
+static void
+check_errors(const struct document *d, const struct json *expected,
+             const char *file, const char *prefix, uint32_t lines)
 {
     struct bytes said = {0};
     document_errors(d, &said);
@@ -70,8 +72,9 @@ static void check_errors(const struct document *d, const struct json *expected,
     bytes_clear(&said);
 }
 
-static void check_embedded(const struct document *bare,
-                           const struct json *expected, const char *file)
+static void
+check_embedded(const struct document *bare, const struct json *expected,
+               const char *file)
 {
     struct bytes text = {0};
     struct document d;
@@ -91,7 +94,8 @@ static void check_embedded(const struct document *bare,
     arena_clear(&d.arena);
 }
 
-static void every_bad_example_gives_its_errors(void **unused)
+static void
+every_bad_example_gives_its_errors(void **unused)
 {
     struct document expected;
     (void)unused;
@@ -113,7 +117,8 @@ static void every_bad_example_gives_its_errors(void **unused)
     document_clear(&expected);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_example_is_accepted),

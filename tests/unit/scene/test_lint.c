@@ -85,7 +85,8 @@ static const char *const rows[][2] = {
      ""},
 };
 
-static void each_mistake_is_told_at_its_place(void **unused)
+static void
+each_mistake_is_told_at_its_place(void **unused)
 {
     int wrong = 0;
     (void)unused;
@@ -114,7 +115,8 @@ static void each_mistake_is_told_at_its_place(void **unused)
     assert_int_equal(wrong, 0);
 }
 
-static void examples_have_few_mistakes(void **unused)
+static void
+examples_have_few_mistakes(void **unused)
 {
     char *names[64];
     size_t count = document_list("schemas/examples", names, 64);
@@ -134,7 +136,8 @@ static void examples_have_few_mistakes(void **unused)
     }
 }
 
-static void fifty_at_most(void **unused)
+static void
+fifty_at_most(void **unused)
 {
     struct document d;
     struct bytes text = {0};
@@ -151,7 +154,8 @@ static void fifty_at_most(void **unused)
     document_clear(&d);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_mistake_is_told_at_its_place),

@@ -20,7 +20,8 @@ static struct bytes files[FILES_MAX];
 static size_t file_count;
 static uint64_t state = 0x9e3779b97f4a7c15;
 
-static uint32_t below(uint32_t n)
+static uint32_t
+below(uint32_t n)
 {
     state ^= state << 13;
     state ^= state >> 7;
@@ -28,7 +29,8 @@ static uint32_t below(uint32_t n)
     return (uint32_t)((state >> 32) % n);
 }
 
-static void load_folder(const char *folder)
+static void
+load_folder(const char *folder)
 {
     char *names[FILES_MAX];
     size_t count = document_list(folder, names, FILES_MAX);
@@ -48,7 +50,8 @@ static void load_folder(const char *folder)
     }
 }
 
-static int load_files(void **unused)
+static int
+load_files(void **unused)
 {
     (void)unused;
     load_folder("schemas/examples");
@@ -57,7 +60,8 @@ static int load_files(void **unused)
     return file_count > 0 ? 0 : -1;
 }
 
-static int clear_files(void **unused)
+static int
+clear_files(void **unused)
 {
     (void)unused;
     for (size_t i = 0; i < file_count; i++)
@@ -121,7 +125,8 @@ static const char *const keys[] = {
     "fresnel",      "clamp_local", "min",      "max",      "vertices",
     "uvs",          "to_light",    "direction"};
 
-static const struct json *random_node(const struct json *node)
+static const struct json *
+random_node(const struct json *node)
 {
     while (node->count > 0 && below(8) != 0) {
         uint32_t skip = below(node->count);
@@ -132,7 +137,8 @@ static const struct json *random_node(const struct json *node)
 }
 
 /* Replace one value, or insert a member, so that the text stays JSON. */
-static void change_value(const struct bytes *text, struct bytes *out)
+static void
+change_value(const struct bytes *text, struct bytes *out)
 {
     struct arena arena;
     arena_init(&arena, 0);
@@ -161,7 +167,8 @@ static void change_value(const struct bytes *text, struct bytes *out)
     arena_clear(&arena);
 }
 
-static void change_bytes(struct bytes *text)
+static void
+change_bytes(struct bytes *text)
 {
     static const char bytes[] = "{}[],:\"\\0123456789.eE+-tfn \n\x01\x80\xff";
     for (uint32_t i = below(4) + 1; i > 0 && text->len > 1; i--) {
@@ -179,7 +186,8 @@ static void change_bytes(struct bytes *text)
     }
 }
 
-static void changed_values_are_read_or_refused(void **unused)
+static void
+changed_values_are_read_or_refused(void **unused)
 {
     struct bytes a = {0}, b = {0};
     unsigned good = 0, all = 6000;
@@ -202,7 +210,8 @@ static void changed_values_are_read_or_refused(void **unused)
     bytes_clear(&b);
 }
 
-static void changed_bytes_are_read_or_refused(void **unused)
+static void
+changed_bytes_are_read_or_refused(void **unused)
 {
     struct bytes text = {0};
     (void)unused;
@@ -218,7 +227,8 @@ static void changed_bytes_are_read_or_refused(void **unused)
 }
 
 /* The arena ends after `limit` bytes, with `filler` of them gone before. */
-static bool read_within(const struct bytes *text, size_t limit, size_t filler)
+static bool
+read_within(const struct bytes *text, size_t limit, size_t filler)
 {
     struct arena arena;
     struct scene scene;
@@ -237,7 +247,8 @@ static bool read_within(const struct bytes *text, size_t limit, size_t filler)
     return good;
 }
 
-static void memory_may_end_anywhere(void **unused)
+static void
+memory_may_end_anywhere(void **unused)
 {
     (void)unused;
     for (size_t f = 0; f < file_count; f++) {
@@ -250,7 +261,8 @@ static void memory_may_end_anywhere(void **unused)
     }
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(changed_values_are_read_or_refused),

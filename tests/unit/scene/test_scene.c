@@ -19,20 +19,23 @@
 #include "core/scene/transform.h"
 #include "tests/unit/scene/documents.h"
 
-static void near(double got, double want, double tolerance)
+static void
+near(double got, double want, double tolerance)
 {
     if (!(fabs(got - want) <= tolerance))
         fail_msg("got %.17g, want %.17g", got, want);
 }
 
-static void near3(const double got[3], double x, double y, double z)
+static void
+near3(const double got[3], double x, double y, double z)
 {
     near(got[0], x, 1e-12);
     near(got[1], y, 1e-12);
     near(got[2], z, 1e-12);
 }
 
-static void load(struct document *d, const char *text)
+static void
+load(struct document *d, const char *text)
 {
     struct bytes said = {0};
     document_quoted(d, text);
@@ -44,7 +47,8 @@ static void load(struct document *d, const char *text)
 
 /* --- tools ------------------------------------------------------------------ */
 
-static void angles_agree_with_libm(void **unused)
+static void
+angles_agree_with_libm(void **unused)
 {
     (void)unused;
     for (int i = -200000; i <= 200000; i++) {
@@ -66,7 +70,8 @@ static void angles_agree_with_libm(void **unused)
     }
 }
 
-static void srgb_table_follows_the_curve(void **unused)
+static void
+srgb_table_follows_the_curve(void **unused)
 {
     double rgb[3];
     (void)unused;
@@ -85,7 +90,8 @@ static void srgb_table_follows_the_curve(void **unused)
         assert_false(srgb_hex(bad[i], rgb));
 }
 
-static void vectors_of_any_length_are_normalised(void **unused)
+static void
+vectors_of_any_length_are_normalised(void **unused)
 {
     static const double lengths[] = {5e-324, 1e-300, 1e-20, 1, 1e6, 1e300};
     (void)unused;
@@ -101,7 +107,8 @@ static void vectors_of_any_length_are_normalised(void **unused)
 
 /* --- camera ---------------------------------------------------------------------- */
 
-static void every_camera_becomes_a_window(void **unused)
+static void
+every_camera_becomes_a_window(void **unused)
 {
     static const struct {
         const char *camera;
@@ -137,7 +144,8 @@ static void every_camera_becomes_a_window(void **unused)
     }
 }
 
-static void the_frame_looks_along_minus_w(void **unused)
+static void
+the_frame_looks_along_minus_w(void **unused)
 {
     struct document d;
     (void)unused;
@@ -151,15 +159,16 @@ static void the_frame_looks_along_minus_w(void **unused)
 
 /* --- objects ------------------------------------------------------------------------ */
 
-static void transform_point(const double m[12], double x, double y, double z,
-                            double out[3])
+static void
+transform_point(const double m[12], double x, double y, double z, double out[3])
 {
     for (int row = 0; row < 3; row++)
         out[row] = m[4 * row] * x + m[4 * row + 1] * y + m[4 * row + 2] * z +
                    m[4 * row + 3];
 }
 
-static void steps_act_first_to_last(void **unused)
+static void
+steps_act_first_to_last(void **unused)
 {
     struct document d;
     double p[3];
@@ -177,7 +186,8 @@ static void steps_act_first_to_last(void **unused)
     document_clear(&d);
 }
 
-static void groups_hand_down_what_they_have(void **unused)
+static void
+groups_hand_down_what_they_have(void **unused)
 {
     struct document d;
     double p[3];
@@ -210,7 +220,8 @@ static void groups_hand_down_what_they_have(void **unused)
     document_clear(&d);
 }
 
-static void planes_are_normalised(void **unused)
+static void
+planes_are_normalised(void **unused)
 {
     struct document d;
     (void)unused;
@@ -227,7 +238,8 @@ static void planes_are_normalised(void **unused)
     document_clear(&d);
 }
 
-static void meshes_are_flat_arrays(void **unused)
+static void
+meshes_are_flat_arrays(void **unused)
 {
     struct document d;
     (void)unused;
@@ -248,7 +260,8 @@ static void meshes_are_flat_arrays(void **unused)
     document_clear(&d);
 }
 
-static void materials_fill_in_their_defaults(void **unused)
+static void
+materials_fill_in_their_defaults(void **unused)
 {
     struct document d;
     (void)unused;
@@ -278,7 +291,8 @@ static void materials_fill_in_their_defaults(void **unused)
     document_clear(&d);
 }
 
-static void dialects_have_their_defaults(void **unused)
+static void
+dialects_have_their_defaults(void **unused)
 {
     struct document d;
     (void)unused;
@@ -303,7 +317,8 @@ static void dialects_have_their_defaults(void **unused)
 
 /* --- lights -------------------------------------------------------------------------- */
 
-static void lights_combine_colour_and_intensity(void **unused)
+static void
+lights_combine_colour_and_intensity(void **unused)
 {
     struct document d;
     (void)unused;
@@ -317,7 +332,8 @@ static void lights_combine_colour_and_intensity(void **unused)
 }
 
 /* Counts of seed 000's loop: reference values, made by the slide's code. */
-static void the_lecture_loop_loses_its_last_row(void **unused)
+static void
+the_lecture_loop_loses_its_last_row(void **unused)
 {
     static const uint32_t counts[] = {1,  4,   9,   16,  25,  36,  36,  64,
                                       81, 100, 121, 144, 144, 196, 225, 256};
@@ -340,7 +356,8 @@ static void the_lecture_loop_loses_its_last_row(void **unused)
     }
 }
 
-static void an_exact_grid_is_symmetric(void **unused)
+static void
+an_exact_grid_is_symmetric(void **unused)
 {
     (void)unused;
     for (uint32_t n = 1; n <= 64; n++) {
@@ -367,7 +384,8 @@ static void an_exact_grid_is_symmetric(void **unused)
 
 /* --- cost ------------------------------------------------------------------------------ */
 
-static void cost_follows_the_formula(void **unused)
+static void
+cost_follows_the_formula(void **unused)
 {
     struct document d;
     struct output output;
@@ -386,7 +404,8 @@ static void cost_follows_the_formula(void **unused)
     document_clear(&d);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(angles_agree_with_libm),

@@ -18,7 +18,8 @@ struct reading {
     bool good;
 };
 
-static void begin(struct reading *r, const char *text)
+static void
+begin(struct reading *r, const char *text)
 {
     struct bytes copy = {0};
     memset(r, 0, sizeof *r);
@@ -36,7 +37,8 @@ static void begin(struct reading *r, const char *text)
     bytes_clear(&copy);
 }
 
-static void outputs_are_accepted(void **unused)
+static void
+outputs_are_accepted(void **unused)
 {
     static const char *const rows[][2] = {
         {"{}", "{\"bit_depth\":\"uint8\",\"color_space\":\"srgb\",\"format\":"
@@ -79,7 +81,8 @@ static void outputs_are_accepted(void **unused)
     }
 }
 
-static void outputs_are_refused(void **unused)
+static void
+outputs_are_refused(void **unused)
 {
     static const char *const rows[][2] = {
         {"{'output':3}", "type.mismatch /output\n"},
@@ -122,7 +125,8 @@ static void outputs_are_refused(void **unused)
     }
 }
 
-static void layers_have_names(void **unused)
+static void
+layers_have_names(void **unused)
 {
     (void)unused;
     for (unsigned i = 0; i < LAYER_COUNT; i++)
@@ -139,7 +143,8 @@ static void layers_have_names(void **unused)
     assert_string_equal(output_extension(&output), "exr");
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outputs_are_accepted),

@@ -16,7 +16,8 @@
 #include "core/base/isa.h"
 #include "server/worker/child.h"
 
-static void a_program_that_is_not_there_is_named(void **state)
+static void
+a_program_that_is_not_there_is_named(void **state)
 {
     (void)state;
     setenv("GLINT_WORKER", "/nonexistent/glint-worker", 1);
@@ -30,7 +31,8 @@ static void a_program_that_is_not_there_is_named(void **state)
     assert_int_equal(waitpid(-1, NULL, WNOHANG), -1);
 }
 
-static void stopping_what_never_started_is_harmless(void **state)
+static void
+stopping_what_never_started_is_harmless(void **state)
 {
     (void)state;
     struct child child = {0};
@@ -41,7 +43,8 @@ static void stopping_what_never_started_is_harmless(void **state)
     assert_int_equal(write(STDOUT_FILENO, "", 0), 0); /* 0...2 stay open */
 }
 
-static void one_that_ends_by_itself_tells_its_status(void **state)
+static void
+one_that_ends_by_itself_tells_its_status(void **state)
 {
     (void)state;
     setenv("GLINT_WORKER", "/bin/false", 1);
@@ -56,7 +59,8 @@ static void one_that_ends_by_itself_tells_its_status(void **state)
 }
 
 /* A child whose other end is in our hand. */
-static struct child puppet(int *theirs)
+static struct child
+puppet(int *theirs)
 {
     int pair[2];
     assert_int_equal(
@@ -65,7 +69,8 @@ static struct child puppet(int *theirs)
     return (struct child){.pid = getpid(), .pidfd = -1, .socket = pair[0]};
 }
 
-static struct message honest_ready(void)
+static struct message
+honest_ready(void)
 {
     struct message message = {.kind = MESSAGE_READY};
     struct message_ready *ready = &message.body.ready;
@@ -75,8 +80,9 @@ static struct message honest_ready(void)
     return message;
 }
 
-static void expect(struct child *child, int theirs, const struct message *sent,
-                   enum wire_status status, const char *word)
+static void
+expect(struct child *child, int theirs, const struct message *sent,
+       enum wire_status status, const char *word)
 {
     struct message message;
     struct error err = {0};
@@ -87,7 +93,8 @@ static void expect(struct child *child, int theirs, const struct message *sent,
     message_clear(&message);
 }
 
-static void ready_comes_once_and_from_our_own_build(void **state)
+static void
+ready_comes_once_and_from_our_own_build(void **state)
 {
     (void)state;
     int theirs;
@@ -108,7 +115,8 @@ static void ready_comes_once_and_from_our_own_build(void **state)
     close(child.socket);
 }
 
-static void answers_must_be_about_the_ask_under_way(void **state)
+static void
+answers_must_be_about_the_ask_under_way(void **state)
 {
     (void)state;
     int theirs;
@@ -147,7 +155,8 @@ static void answers_must_be_about_the_ask_under_way(void **state)
     close(child.socket);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_program_that_is_not_there_is_named),

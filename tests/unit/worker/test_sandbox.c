@@ -33,7 +33,8 @@ static int wrong_line;
             wrong_line = __LINE__;                                             \
     } while (0)
 
-static void try_what_is_forbidden(void)
+static void
+try_what_is_forbidden(void)
 {
     EXPECT(socket(AF_INET, SOCK_STREAM, 0) == -1 && errno == EPERM);
     EXPECT(socket(AF_UNIX, SOCK_STREAM, 0) == -1 && errno == EPERM);
@@ -56,12 +57,14 @@ static void try_what_is_forbidden(void)
     EXPECT(getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_max == 0);
 }
 
-static void *idle(void *nothing)
+static void *
+idle(void *nothing)
 {
     return nothing;
 }
 
-static void try_what_is_needed(void)
+static void
+try_what_is_needed(void)
 {
     pthread_t thread;
     EXPECT(pthread_create(&thread, NULL, idle, NULL) == 0);
@@ -75,7 +78,8 @@ static void try_what_is_needed(void)
     EXPECT(memory != MAP_FAILED && munmap(memory, 1 << 20) == 0);
 }
 
-static void try_files_after_tightening(void)
+static void
+try_files_after_tightening(void)
 {
     EXPECT(open("/etc/passwd", O_RDONLY) == -1 && errno == EACCES);
     EXPECT(access("/etc/passwd", R_OK) == -1 && errno == EACCES);
@@ -88,7 +92,8 @@ static void try_files_after_tightening(void)
                 -1, 0) == MAP_FAILED);
 }
 
-static void encode_something(enum image_format format, enum image_sample sample)
+static void
+encode_something(enum image_format format, enum image_sample sample)
 {
     float pixels[48] = {0};
     struct image image = {.width = 4,
@@ -106,7 +111,8 @@ static void encode_something(enum image_format format, enum image_sample sample)
 }
 
 /* As main.c does it. */
-_Noreturn static void be_sandboxed(void)
+_Noreturn static void
+be_sandboxed(void)
 {
     int pair[2];
     socketpair(AF_UNIX, SOCK_SEQPACKET, 0, pair);
@@ -135,7 +141,8 @@ _Noreturn static void be_sandboxed(void)
     _exit(wrong_line != 0);
 }
 
-static void the_sandbox_holds_and_leaves_what_is_needed(void **state)
+static void
+the_sandbox_holds_and_leaves_what_is_needed(void **state)
 {
     (void)state;
     pid_t pid = fork();
@@ -146,7 +153,8 @@ static void the_sandbox_holds_and_leaves_what_is_needed(void **state)
     assert_int_equal(status, 0);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_sandbox_holds_and_leaves_what_is_needed),

@@ -41,12 +41,14 @@ static const char endless[] =
     "\"stratified\",\"spp\":100},\"objects\":[{\"type\":\"sphere\"},"
     "{\"type\":\"plane\",\"offset\":-1}]}";
 
-static double ms_since(int64_t start_us)
+static double
+ms_since(int64_t start_us)
 {
     return (double)(clock_monotonic_us() - start_us) / 1000;
 }
 
-static struct child started(void)
+static struct child
+started(void)
 {
     struct child child;
     struct error err = {0};
@@ -56,7 +58,8 @@ static struct child started(void)
 }
 
 /* The next message of this kind; others but PROGRESS fail the test. */
-static struct message await(struct child *child, enum message_kind kind)
+static struct message
+await(struct child *child, enum message_kind kind)
 {
     for (;;) {
         struct message message;
@@ -74,7 +77,8 @@ static struct message await(struct child *child, enum message_kind kind)
     }
 }
 
-static struct child ready_child(void)
+static struct child
+ready_child(void)
 {
     struct child child = started();
     struct message message = await(&child, MESSAGE_READY);
@@ -82,7 +86,8 @@ static struct child ready_child(void)
     return child;
 }
 
-static void ask(struct child *child, const char *scene, const char *output)
+static void
+ask(struct child *child, const char *scene, const char *output)
 {
     struct error err = {0};
     if (!child_render(child, scene, strlen(scene), output, strlen(output), 2,
@@ -90,8 +95,8 @@ static void ask(struct child *child, const char *scene, const char *output)
         fail_msg("%s", err.text);
 }
 
-static struct bytes render(struct child *child, const char *scene,
-                           const char *output)
+static struct bytes
+render(struct child *child, const char *scene, const char *output)
 {
     ask(child, scene, output);
     struct message message = await(child, MESSAGE_DONE);
@@ -107,9 +112,9 @@ static struct bytes render(struct child *child, const char *scene,
     return bytes;
 }
 
-static void expect_failed(struct child *child, const char *scene,
-                          const char *output, enum error_code code,
-                          const char *word)
+static void
+expect_failed(struct child *child, const char *scene, const char *output,
+              enum error_code code, const char *word)
 {
     ask(child, scene, output);
     struct message message = await(child, MESSAGE_FAILED);
@@ -122,13 +127,15 @@ static void expect_failed(struct child *child, const char *scene,
 }
 
 /* True once the process has ended, within ms. */
-static bool ends_within(int pidfd, int ms)
+static bool
+ends_within(int pidfd, int ms)
 {
     struct pollfd one = {.fd = pidfd, .events = POLLIN};
     return poll(&one, 1, ms) == 1;
 }
 
-static void await_progress(struct child *child, enum render_stage stage)
+static void
+await_progress(struct child *child, enum render_stage stage)
 {
     for (;;) {
         struct message message = await(child, MESSAGE_PROGRESS);
@@ -139,7 +146,8 @@ static void await_progress(struct child *child, enum render_stage stage)
     }
 }
 
-static void ready_comes_before_the_image_library(void **state)
+static void
+ready_comes_before_the_image_library(void **state)
 {
     (void)state;
     double worst = 0;
@@ -155,7 +163,8 @@ static void ready_comes_before_the_image_library(void **state)
     assert_true(worst < 20 * PATIENCE);
 }
 
-static void a_scene_becomes_a_png_twice_the_same(void **state)
+static void
+a_scene_becomes_a_png_twice_the_same(void **state)
 {
     (void)state;
     struct child child = ready_child();
@@ -188,7 +197,8 @@ static void a_scene_becomes_a_png_twice_the_same(void **state)
     child_stop(&other, NULL);
 }
 
-static void an_exr_carries_every_layer(void **state)
+static void
+an_exr_carries_every_layer(void **state)
 {
     (void)state;
     struct child child = ready_child();
@@ -212,7 +222,8 @@ static void an_exr_carries_every_layer(void **state)
 }
 
 /* Triangles enough for Embree to build with its own threads. */
-static void a_big_mesh_builds_behind_the_filter(void **state)
+static void
+a_big_mesh_builds_behind_the_filter(void **state)
 {
     (void)state;
     enum { SIDE = 60 };
@@ -242,7 +253,8 @@ static void a_big_mesh_builds_behind_the_filter(void **state)
     child_stop(&child, NULL);
 }
 
-static void cancel_is_heard_while_rendering(void **state)
+static void
+cancel_is_heard_while_rendering(void **state)
 {
     (void)state;
     struct child child = ready_child();
@@ -265,7 +277,8 @@ static void cancel_is_heard_while_rendering(void **state)
     child_stop(&child, NULL);
 }
 
-static void progress_comes_ten_times_a_second_at_most(void **state)
+static void
+progress_comes_ten_times_a_second_at_most(void **state)
 {
     (void)state;
     struct child child = ready_child();
@@ -308,7 +321,8 @@ garbage_fails_with_the_first_error_and_the_worker_lives(void **state)
     child_stop(&child, NULL);
 }
 
-static void unsealed_files_are_refused_and_the_worker_lives(void **state)
+static void
+unsealed_files_are_refused_and_the_worker_lives(void **state)
 {
     (void)state;
     struct child child = ready_child();
@@ -330,7 +344,8 @@ static void unsealed_files_are_refused_and_the_worker_lives(void **state)
     child_stop(&child, NULL);
 }
 
-static void a_killed_worker_is_seen_at_once_and_replaced(void **state)
+static void
+a_killed_worker_is_seen_at_once_and_replaced(void **state)
 {
     (void)state;
     struct child child = ready_child();
@@ -358,7 +373,8 @@ static void a_killed_worker_is_seen_at_once_and_replaced(void **state)
     child_stop(&child, NULL);
 }
 
-static void it_leaves_when_nobody_listens_any_more(void **state)
+static void
+it_leaves_when_nobody_listens_any_more(void **state)
 {
     (void)state;
     for (int busy = 0; busy < 2; busy++) {
@@ -376,7 +392,8 @@ static void it_leaves_when_nobody_listens_any_more(void **state)
     }
 }
 
-static void it_leaves_when_the_talk_makes_no_sense(void **state)
+static void
+it_leaves_when_the_talk_makes_no_sense(void **state)
 {
     (void)state;
     for (int busy = 0; busy < 2; busy++) {
@@ -394,7 +411,8 @@ static void it_leaves_when_the_talk_makes_no_sense(void **state)
 }
 
 /* A parent in the middle, so that it can die and we can look. */
-static void it_dies_with_its_parent(void **state)
+static void
+it_dies_with_its_parent(void **state)
 {
     (void)state;
     int report[2];
@@ -428,7 +446,8 @@ static void it_dies_with_its_parent(void **state)
     close(report[0]);
 }
 
-static struct bytes proc_file(pid_t pid, const char *name)
+static struct bytes
+proc_file(pid_t pid, const char *name)
 {
     char path[64];
     snprintf(path, sizeof path, "/proc/%d/%s", (int)pid, name);
@@ -439,7 +458,8 @@ static struct bytes proc_file(pid_t pid, const char *name)
     return bytes;
 }
 
-static void it_knows_little_and_may_do_less(void **state)
+static void
+it_knows_little_and_may_do_less(void **state)
 {
     (void)state;
     setenv("GLINT_SECRET", "hidden", 1);
@@ -461,7 +481,8 @@ static void it_knows_little_and_may_do_less(void **state)
     child_stop(&child, NULL);
 }
 
-static void too_little_memory_is_an_answer(void **state)
+static void
+too_little_memory_is_an_answer(void **state)
 {
     (void)state;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -483,7 +504,8 @@ static void too_little_memory_is_an_answer(void **state)
     child_stop(&child, NULL);
 }
 
-static void by_hand_it_says_what_to_do_instead(void **state)
+static void
+by_hand_it_says_what_to_do_instead(void **state)
 {
     (void)state;
     int out[2];
@@ -505,7 +527,8 @@ static void by_hand_it_says_what_to_do_instead(void **state)
     assert_non_null(strstr(text, "glint render"));
 }
 
-static int find_worker(void **state)
+static int
+find_worker(void **state)
 {
     (void)state;
     const char *build = getenv("GLINT_BUILD");
@@ -515,7 +538,8 @@ static int find_worker(void **state)
     return setenv("GLINT_WORKER", path, 0);
 }
 
-int main(void)
+int
+main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ready_comes_before_the_image_library),
