@@ -12,7 +12,7 @@ struct scene_cost {
     double memory_bytes; /* film, layers, meshes; beyond a worker's base */
 };
 
-/* rays_per_second <= 0 means the build-in start value. */
+/* rays_per_second <= 0 means the built-in start value. */
 struct scene_cost
 scene_cost(const struct scene *scene, const struct output *output,
            double rays_per_second);

@@ -112,6 +112,8 @@ user_intersect(const struct RTCIntersectFunctionNArguments *args)
             far[i] = slack(packet->t[i]);
         return;
     }
+    /* Embree's packets are 32-bit words of either kind. */
+    /* cppcheck-suppress invalidPointerCast */
     const uint32_t *id = (const uint32_t *)ray + RAY_ID * n;
     float *far = lanes.t, t[16];
     uint32_t object[16];

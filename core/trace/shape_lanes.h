@@ -1,4 +1,5 @@
-/* shape_lanes.h - from a body for one lane to a shape's `nearest` and `any`.
+/* shape_lanes.h - include many times: from a body for one lane to a shape's
+ * `nearest` and `any`.
  *
  * Include it after defining
  *   SHAPE          prefix of the body: SHAPE(hit)

@@ -18,6 +18,7 @@
 #include "core/base/isa.h"
 #include "core/base/json.h"
 #include "core/scene/scene_json.h"
+#include "core/trace/kernel.h"
 #include "core/trace/render.h"
 
 static struct arena arena;
@@ -158,6 +159,10 @@ check_scene(const char *name, const char *key)
     static const enum isa_level levels[] = {ISA_V1, ISA_V3, ISA_V4};
     for (size_t l = 0; l < 3 && levels[l] <= isa_level(); l++)
         for (uint32_t bounces = 0; bounces <= 4; bounces += 2) {
+            /* Every depth on the best kernel, the deepest on the others. */
+            if (kernel_choose(levels[l]) != kernel_choose(isa_level()) &&
+                bounces < 4)
+                continue;
             struct scene scene;
             struct film film;
             read_scene(name, bounces, &scene);
