@@ -84,7 +84,8 @@ fill_stratified(const struct scene_sampler *s, uint32_t n,
             sampler_hash(s->seed, pixel[i], sample, 2 * pair + 0x100u);
         float a = sampler_unit(jitter), b = sampler_unit(sampler_mix(~jitter));
         x[i] = ((float)(cell % columns) + a) * width;
-        y[i] = ((float)(cell / columns) + b) * height;
+        uint32_t row = cell / columns;
+        y[i] = ((float)row + b) * height;
         x[i] = x[i] < 0x1.fffffep-1f ? x[i] : 0x1.fffffep-1f;
         y[i] = y[i] < 0x1.fffffep-1f ? y[i] : 0x1.fffffep-1f;
     }
