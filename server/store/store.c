@@ -200,8 +200,8 @@ static void
 commit_taken(struct store *store)
 {
     struct batch *batch = &store->batch;
-    memcpy(batch->writes, store->taken,
-           store->taken_count * sizeof *store->taken);
+    const size_t size = sizeof(struct write *);
+    memcpy(batch->writes, store->taken, store->taken_count * size);
     batch->count = store->taken_count;
     batch->now_ms = clock_wall_ms();
     struct error err = {0};

@@ -160,7 +160,7 @@ crew_size(unsigned asked)
 static size_t
 geometry_memory_max(void)
 {
-    static const int kinds[] = {RLIMIT_AS, RLIMIT_DATA};
+    static const __rlimit_resource_t kinds[] = {RLIMIT_AS, RLIMIT_DATA};
     rlim_t least = RLIM_INFINITY;
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         struct rlimit limit;
