@@ -1,5 +1,6 @@
 /* glint-worker: turns one scene after another into pictures, for a parent that
  * holds the other end of descriptor 3. Never started by hand. */
+#include <malloc.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -9,7 +10,13 @@
 #include "server/worker/sandbox.h"
 #include "server/worker/serve.h"
 
-enum { SOCKET_FD = 3, EXIT_USAGE = 2 };
+enum {
+    SOCKET_FD = 3,
+    EXIT_USAGE = 2,
+    /* Films and images up to this size live in the heap, whose pages are kept
+     * from one ask to the next (serve.c gives them back at rest). */
+    HEAP_BYTES = 32 << 20
+};
 
 static bool
 is_our_socket(int fd)
@@ -35,6 +42,8 @@ main(int argc, char **argv)
                 "picture.png\n");
         return EXIT_USAGE;
     }
+    mallopt(M_MMAP_THRESHOLD, HEAP_BYTES);
+    mallopt(M_TRIM_THRESHOLD, 4 * HEAP_BYTES);
     sandbox_enter(SOCKET_FD);
     int status = serve(SOCKET_FD);
     /* Not through exit: serve.c says why. */

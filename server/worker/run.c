@@ -1,6 +1,5 @@
 #include "server/worker/run.h"
 
-#include <malloc.h>
 #include <sched.h>
 #include <sys/resource.h>
 
@@ -244,6 +243,5 @@ run_render(struct turn *turn, const struct message *ask, struct message *answer,
     ok = true;
 out:
     render_clear(&render);
-    malloc_trim(0); /* a worker between asks should be small */
     return ok;
 }

@@ -1,5 +1,6 @@
 #include "server/worker/serve.h"
 
+#include <malloc.h>
 #include <poll.h>
 #include <stdio.h>
 #include <unistd.h>
@@ -11,7 +12,11 @@
 #include "server/worker/run.h"
 #include "server/worker/sandbox.h"
 
-enum { PROGRESS_INTERVAL_US = 100000, IDLE_MS = 20 };
+enum {
+    PROGRESS_INTERVAL_US = 100000,
+    IDLE_MS = 20,    /* then the image library loads */
+    RESTING_MS = 500 /* then memory goes back to the system */
+};
 
 /* Leave at once: the libraries' static destructors would wait for threads that
  * they started and that may be anywhere. */
@@ -123,14 +128,19 @@ say_ready(int socket)
 /* Sleep until something comes, and shut the sandbox before it is read. Idle
  * time is for loading the image library. An ask that is there at once is begun
  * first: while a library loads the C library starts no thread, so the crew
- * would wait for it (run.c loads beside the crew). */
+ * would wait for it (run.c loads beside the crew). A worker at rest should be
+ * small, but between asks in a row its pages stay: faulting a film in again
+ * costs more than clearing it. */
 static void
 wait_for_ask(int socket)
 {
     struct pollfd one = {.fd = socket, .events = POLLIN};
     if (poll(&one, 1, IDLE_MS) == 0) {
         image_codec_load();
-        poll(&one, 1, -1);
+        if (poll(&one, 1, RESTING_MS) == 0) {
+            malloc_trim(0);
+            poll(&one, 1, -1);
+        }
     }
     sandbox_tighten();
 }
