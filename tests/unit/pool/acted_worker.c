@@ -52,8 +52,8 @@ say_done(uint32_t ask, int fd)
     struct message message = {.kind = MESSAGE_DONE, .ask = ask, .fd_count = 1};
     message.fds[0] = fd;
     message.body.done.width = message.body.done.height = 1;
-    message.body.done.rays[0] = 100000;
-    message.body.done.trace_ms = 10;
+    message.body.done.rays[0] = 1000000;
+    message.body.done.trace_ms = 100;
     wire_send(SOCKET, &message, NULL);
 }
 

@@ -308,12 +308,15 @@ say(struct task *task, struct message *message)
     return ok;
 }
 
+/* Rays of the next acted render. */
+static uint64_t rays_done = 2000000;
+
 static bool
 say_done(struct task *task, int fd)
 {
     struct message message = {.kind = MESSAGE_DONE, .fds = {fd, -1}};
     message.fd_count = 1;
-    message.body.done.rays[0] = 1000;
+    message.body.done.rays[0] = rays_done;
     message.body.done.trace_ms = 100;
     message.body.done.load_ms = NAN;
     message.body.done.build_ms = -3;
@@ -353,6 +356,16 @@ fail_with(struct task *task, enum error_code code)
 /* --- scenes --- */
 
 static void
+test_a_small_render_teaches_no_rate(void **state)
+{
+    (void)state;
+    rays_done = 768;
+    put();
+    rays_done = 2000000;
+    assert_float_equal(d.rays_per_second, 0, 0);
+}
+
+static void
 test_lease_render_put_finish(void **state)
 {
     (void)state;
@@ -368,7 +381,7 @@ test_lease_render_put_finish(void **state)
     assert_float_equal(act.stats.build_ms, 0, 0);
     assert_float_equal(act.stats.queue_ms, 250, 0);
     assert_true(act.stats.peak_bytes == (uint64_t)1 << 53);
-    assert_float_equal(d.rays_per_second, 10000, 1);
+    assert_float_equal(d.rays_per_second, 2e7, 1);
     end_store(ERROR_NONE);
     assert_int_equal(dispatch_arrived(&d, take_posted(), now), DISPATCH_OVER);
     assert_null(d.tasks);
@@ -749,6 +762,7 @@ main(void)
 #define T(name) cmocka_unit_test_setup_teardown(test_##name, set_stage, strike)
     const struct CMUnitTest tests[] = {
         T(lease_render_put_finish),
+        T(a_small_render_teaches_no_rate),
         T(no_job),
         T(a_full_queue_is_asked_again),
         T(a_failed_lease_is_tried_again_later),
