@@ -16,10 +16,10 @@
 namespace
 {
 
-// Measured on a rendered 1280 x 720 picture: docs/BENCHMARKS.md, "PNG level".
+// Measured on the table scene: docs/performance.md, "PNG level".
 constexpr int png_level = 4;
-// libpng's PNG_FILTER_SUB: the difference to the left neighbour. On a render it is
-// both the quickest and the smallest of the filters, and of all of them tried.
+// libpng's PNG_FILTER_SUB, the difference to the left neighbour: the smallest
+// files at every level, and near the quickest.
 constexpr int png_filter = 0x10;
 
 // Before the first file: no threads but ours, so the same picture costs the
